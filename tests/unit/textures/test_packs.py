@@ -1,23 +1,33 @@
-"""A folder of pictures becomes a pack: good ones tile, maps go with them, bad ones are named with a reason."""
+"""A folder of pictures becomes a pack, bad ones are named with a reason; in a project it gives finishes to kitchens."""
 
 from __future__ import annotations
 
 import io
 import json
+import os
+import shutil
+import subprocess
 import zlib
 from collections.abc import Callable
 from functools import wraps
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import numpy.typing as npt
 import pytest
 from PIL import Image, PngImagePlugin
 
-from casa_assets.errors import CasaError, RegistryError, Rejected
+import casa_assets as casa
+from casa_assets.cli import doctor, options
+from casa_assets.errors import CasaError, OutputError, RegistryError, Rejected, UnknownId
+from casa_assets.layouts.run import pack as scene_pack
+from casa_assets.layouts.run.resolve import draw_surfaces
+from casa_assets.layouts.run.sample import draw_recipes
 from casa_assets.library.entry_files import file_digests
 from casa_assets.model.registry.rows import Surface
+from casa_assets.projects import use_project
 from casa_assets.textures.check import seam
 from casa_assets.textures.finish import normals
 from casa_assets.textures.pack_entry import (
@@ -29,8 +39,12 @@ from casa_assets.textures.pack_entry import (
     PictureRejection,
 )
 from casa_assets.textures.pack_pictures import decode, decode_map, tile
+from casa_assets.textures.run import pictures as pack_files
 from casa_assets.textures.run.packs import PackOptions, PackReport, ingest_pack
-from tests.support.library.pictures import deep_png, encoded, pixels, relief, tiff, tiling
+from casa_assets.textures.run.recipes import find_recipe, finish_of, finishes, finishes_key, origin_of, recipes
+from tests.support.library.libraries import ROOT, command
+from tests.support.library.pictures import deep_png, encoded, pixels, relief, tiff, tiling, write_pictures
+from tests.support.program.projects import Project
 
 pytestmark = [pytest.mark.content("code", "textures", keep=0), pytest.mark.content("code", "textures.run", keep=0)]
 
@@ -175,19 +189,16 @@ def test_what_nobody_says_is_asked_for_and_flags_stand_between_rows_and_defaults
     assert [(p.licence, p.surface) for p in pack.pictures] == [("C", Surface.FLOOR), ("B", Surface.FLOOR)]
 
 
-@pytest.mark.parametrize("row", ["{tile_m: [0, 1]}", "{surfaces: wall}", "{substance: unobtainium}", "7"])
-def test_a_wrong_row_costs_its_picture_and_no_other(row: str, folder: Path, tmp_path: Path) -> None:
-    (folder / "pack.yaml").write_text(f"pictures:\n  ember.jpg: {row}\n")
-    pack = taken(folder, tmp_path / "lib").pack
-    assert [(r.source, r.code) for r in pack.refused] == [("ember.jpg", PictureRejection.BAD_ROW.value)]
-    assert [p.source for p in pack.pictures] == ["Old Brick 01.png"]
-
-
-@pytest.mark.parametrize("text", ["[1, 2]", "colour: red", "defaults: {surface: roof}", "pictures: [a]", "a: [", "3"])
-def test_a_wrong_manifest_is_said_with_its_line(text: str, folder: Path, tmp_path: Path) -> None:
-    (folder / "pack.yaml").write_text(f"# pack\n{text}\n")
-    with pytest.raises(RegistryError, match=r"pack.yaml:[1-3]"):
-        taken(folder, tmp_path / "lib")
+def test_a_wrong_row_costs_its_picture_and_a_wrong_manifest_is_said_with_its_line(folder: Path, tmp_path: Path) -> None:
+    for row in ("{tile_m: [0, 1]}", "{surfaces: wall}", "{substance: unobtainium}", "7"):
+        (folder / "pack.yaml").write_text(f"pictures:\n  ember.jpg: {row}\n")
+        pack = taken(folder, tmp_path / "lib").pack
+        assert [(r.source, r.code) for r in pack.refused] == [("ember.jpg", PictureRejection.BAD_ROW.value)]
+        assert [p.source for p in pack.pictures] == ["Old Brick 01.png"]
+    for text in ("[1, 2]", "colour: red", "defaults: {surface: roof}", "pictures: [a]", "a: [", "3"):
+        (folder / "pack.yaml").write_text(f"# pack\n{text}\n")
+        with pytest.raises(RegistryError, match=r"pack.yaml:[1-3]"):
+            taken(folder, tmp_path / "lib")
 
 
 def test_json_manifest_and_prompt_inside_the_file(folder: Path, tmp_path: Path) -> None:
@@ -208,8 +219,8 @@ def test_a_folder_that_is_not_there_a_file_and_an_empty_folder(tmp_path: Path) -
     with pytest.raises(CasaError, match="is no folder; unpack it first"):
         taken(tmp_path / "a.zip", tmp_path / "lib")
     (tmp_path / "in").mkdir()
-    report = taken(tmp_path / "in", tmp_path / "lib")
-    assert (report.pack.pictures, report.pack.refused) == ((), ())
+    pack = taken(tmp_path / "in", tmp_path / "lib").pack
+    assert (pack.pictures, pack.refused) == ((), ())
 
 
 def test_other_channels_are_converted() -> None:
@@ -237,37 +248,32 @@ def three(image: npt.NDArray[Any]) -> npt.NDArray[Any]:
     return np.dstack([image] * 3)
 
 
-READ: dict[str, tuple[Callable[[], bytes], float]] = {
-    "tiff 8": (lambda: encoded(np.round(three(RAMP) * 255).astype(np.uint8), "TIFF"), 2 * BYTE),
-    "tiff 16": (lambda: tiff(deep(RAMP)), WORD),
-    "tiff 16 colours": (lambda: tiff(three(deep(RAMP))), 2 * BYTE),
-    "tiff float": (lambda: tiff(RAMP), 1e-6),
-    "png 16": (lambda: deep_png(deep(RAMP)), WORD),
-    "png 16 colours": (lambda: deep_png(three(deep(RAMP))), 2 * BYTE),
-}
+# Files of the ramp, and by how much what is read of them may be off.
+READ: list[tuple[bytes, float]] = [
+    (encoded(np.round(three(RAMP) * 255).astype(np.uint8), "TIFF"), 2 * BYTE),
+    (tiff(deep(RAMP)), WORD),
+    (tiff(three(deep(RAMP))), 2 * BYTE),
+    (tiff(RAMP), 1e-6),
+    (deep_png(deep(RAMP)), WORD),
+    (deep_png(three(deep(RAMP))), 2 * BYTE),
+]
+REFUSED: list[tuple[npt.NDArray[Any], dict[str, int], str]] = [
+    (three(RAMP), {}, "PCK002: is a TIFF file of a kind that is not read"),
+    (deep(RAMP).astype(np.uint32), {}, "PCK002: .* not of 8 or 16 bits"),
+    ((RAMP * 1000 - 500).astype(np.int16), {}, "PCK002: .* not of 8 or 16 bits"),
+    (np.where(RAMP > 0, np.inf, np.nan).astype(np.float32), {}, "PCK003: holds values that are no numbers"),
+    (deep(RAMP), {"width": MAX_SIDE_PX * 8, "height": 16}, "PCK004: has tiles of over 81"),
+]
 
 
-def test_numbers_of_a_map_are_those_of_its_file() -> None:
-    for write, error in READ.values():
-        found = decode_map(write(), MapRole.ROUGHNESS)
+def test_numbers_of_a_map_are_those_of_its_file_and_what_cannot_be_read_is_told_before_it_is_unpacked() -> None:
+    for data, error in READ:
+        found = decode_map(data, MapRole.ROUGHNESS)
         assert found.shape == (*RAMP.shape, 3)
         assert np.abs(found - RAMP[..., None]).max() <= error
-
-
-REFUSED: dict[str, tuple[Callable[[], bytes], str]] = {
-    "tiff of three floats": (lambda: tiff(three(RAMP)), "PCK002: is a TIFF file of a kind that is not read"),
-    "tiff of 32 bits": (lambda: tiff(deep(RAMP).astype(np.uint32)), "PCK002: .* not of 8 or 16 bits"),
-    "tiff below 0": (lambda: tiff((RAMP * 1000 - 500).astype(np.int16)), "PCK002: .* not of 8 or 16 bits"),
-    "tiff with a number that is none": (lambda: tiff(RAMP * np.inf), "PCK003: holds values that are no numbers"),
-    "tiff of large tiles": (lambda: tiff(deep(RAMP), width=MAX_SIDE_PX * 8, height=16), "PCK004: has tiles of over 81"),
-}
-
-
-@pytest.mark.filterwarnings("ignore:invalid value encountered")
-def test_what_cannot_be_read_is_told_before_it_is_unpacked() -> None:
-    for write, message in REFUSED.values():
+    for image, tiles, message in REFUSED:
         with pytest.raises(Rejected, match=message):
-            decode_map(write(), MapRole.HEIGHT)
+            decode_map(tiff(image, **tiles), MapRole.HEIGHT)
 
 
 def test_any_cut_of_a_file_is_refused_and_raises_nothing_else() -> None:
@@ -367,3 +373,188 @@ def test_a_large_photograph_is_made_smaller(tmp_path: Path) -> None:
     place = tmp_path / "lib" / "textures" / "my_stones"
     assert sum((place / name).stat().st_size for name in picture.files) < 2_500_000
     assert "was scaled down to" in " ".join(picture.notes)
+
+
+# In a project --------------------------------------------------------------------------------------------------------
+
+FLOOR = PictureDescription(surface=Surface.FLOOR, tile_m=(1.0, 1.0), licence="CC0-1.0", substance="stone")
+Ingested = Callable[..., PackReport]
+
+
+@pytest.fixture
+def ingested(project: Project, tmp_path: Path) -> Ingested:
+    """Take pictures into the project in use: `count` of them, or those in a folder."""
+    ours = project({})
+
+    def take(count: int = 2, pack: str = "slates", flags: PictureDescription = FLOOR) -> PackReport:
+        folder = write_pictures(tmp_path / f"in_{pack}", count)
+        return ingest_pack(folder, PackOptions(library=ours, pack=pack, flags=flags))
+
+    return take
+
+
+def test_pictures_stand_beside_recipes(ingested: Ingested, tmp_path: Path) -> None:
+    report = ingested()
+    assert report.folder == tmp_path / "textures" / "slates"
+    assert len(recipes()[Surface.FLOOR]) == 102
+    recipe = recipes()[Surface.FLOOR]["slates_stone_01"]
+    assert (recipe.kind, recipe.substance, recipe.tile_m) == ("picture", "stone", report.pack.pictures[1].tile_m)
+    assert origin_of(recipe) == "ours/slates"
+    assert "slates_stone_01" in casa.surfaces()["floor"]
+    assert "slates_stone_01" not in casa.surfaces()["wall"]
+    assert options.complete_textures("slates_") == ["slates_stone_00", "slates_stone_01"]
+    assert "texture packs: textures/slates" in next(doctor._project()).message
+    use_project(None)
+    assert "slates_stone_01" not in casa.surfaces()["floor"]
+    with pytest.raises(UnknownId):
+        find_recipe("slates_stone_01")
+
+
+def test_the_finish_is_what_stands_in_the_files(ingested: Ingested, tmp_path: Path) -> None:
+    report = ingested()
+    picture = report.pack.pictures[0]
+    made = finishes([picture.id], tmp_path / "cache")[picture.id]
+    texture, normal = made.material.base_color_texture, made.material.normal_texture
+    assert texture is not None
+    assert normal is not None
+    vectors = np.asarray(Image.open(io.BytesIO(normal.png)), dtype=np.float64) / 127.5 - 1
+    assert np.linalg.norm(vectors, axis=2) == pytest.approx(np.ones(vectors.shape[:2]), abs=0.02)
+    assert vectors[..., 2].min() > 0
+    assert texture.png == (report.folder / picture.files[0]).read_bytes()
+    assert (made.tile_m, made.substance.id) == (picture.tile_m, "stone")
+    small = finish_of(find_recipe(picture.id), tmp_path / "cache", 64).material.base_color_texture
+    assert small is not None
+    assert (small.width_px, small.height_px) == (64, 64)
+    assert not (tmp_path / "cache").exists(), "the files of a pack are not kept a second time"
+
+
+def test_a_file_that_was_changed_is_an_error_and_a_new_pack_is_another_key(ingested: Ingested, tmp_path: Path) -> None:
+    report = ingested(1)
+    (picture,) = report.pack.pictures
+    name, base = picture.id, report.folder / picture.files[0]
+    key, whole = finishes_key([name]), base.read_bytes()
+    base.write_bytes(encoded(pixels(8)))
+    use_project(tmp_path)
+    for reads in (lambda: finishes_key([name]), lambda: finish_of(find_recipe(name), tmp_path / "cache")):
+        with pytest.raises(OutputError, match="is not the file that was written; ingest the pack again"):
+            reads()
+    base.write_bytes(whole)
+    use_project(tmp_path)
+    assert finishes_key([name]) == key
+    (tmp_path / "in_slates" / "stone 00.png").write_bytes(encoded(tiling(9, color=(90, 100, 110))))
+    ingest_pack(tmp_path / "in_slates", PackOptions(library=tmp_path, pack="slates", flags=FLOOR))
+    assert finishes_key([name]) != key
+
+
+def test_names_that_are_taken(ingested: Ingested, tmp_path: Path) -> None:
+    write_pictures(tmp_path / "clash", 1, "natural plank")
+    (tmp_path / "clash" / "natural plank 00.png").rename(tmp_path / "clash" / "natural plank.png")
+    with pytest.raises(CasaError, match=r"oak_natural_plank: is the id of a texture of casa-assets; .* --pack"):
+        ingest_pack(tmp_path / "clash", PackOptions(library=tmp_path, pack="oak", flags=FLOOR))
+    assert not (tmp_path / "textures" / "oak").exists()
+    ingested()
+    assert not ingested().changed, "the pictures of the pack itself are not in its way"
+    shutil.copytree(tmp_path / "textures" / "slates", tmp_path / "textures" / "moved")
+    use_project(tmp_path)
+    with pytest.raises(RegistryError, match=r"slates/pack\.json:1: pictures\.0\.id: expected an id that nothing else"):
+        recipes()
+
+
+def test_a_pack_does_not_take_the_place_of_pictures(ingested: Ingested, tmp_path: Path) -> None:
+    folder = write_pictures(tmp_path / "textures" / "raw", 1)
+    for source in (folder, tmp_path / "textures"):
+        with pytest.raises(OutputError, match="among the pictures that it is made of"):
+            ingest_pack(source, PackOptions(library=tmp_path, pack="raw", flags=FLOOR))
+    with pytest.raises(OutputError, match="is no pack; choose another name"):
+        ingest_pack(write_pictures(tmp_path / "other", 1), PackOptions(library=tmp_path, pack="raw", flags=FLOOR))
+    assert (folder / "stone 00.png").is_file()
+
+
+def test_from_python(project: Project, tmp_path: Path) -> None:
+    """What the command line does: into the project in use, by ids that kitchens take at once; or into a folder."""
+    pictures = write_pictures(tmp_path / "slates", 2)
+    (pictures / "broken.png").write_bytes(b"no picture")
+    stated: dict[str, Any] = {"tile_m": (1.0, 1.0), "licence": "CC0-1.0", "substance": "stone"}
+    with pytest.raises(CasaError, match=r"casa\.Project\(folder\)\.ingest_textures\(\.\.\.\), or library=folder"):
+        casa.ingest_textures(pictures, surface="floor", **stated)
+    ours = project({})
+    done = casa.ingest_textures(pictures, surface="floor", **stated)
+    assert (done.folder, done.changed) == (ours / "textures" / "slates", True)
+    assert [picture.id for picture in done.pack.pictures] == ["slates_stone_00", "slates_stone_01"]
+    assert [(row.source, row.code) for row in done.pack.refused] == [("broken.png", "PCK002")]
+    assert set(casa.surfaces()["floor"]) >= {"slates_stone_00", "slates_stone_01"}
+    assert not casa.ingest_textures(pictures, surface="floor", **stated).changed
+    elsewhere = casa.ingest_textures(pictures, "other", surface="wall", library=tmp_path / "lib", **stated)
+    assert elsewhere.folder == tmp_path / "lib" / "textures" / "other"
+    with pytest.raises(UnknownId, match="did you mean floor"):
+        casa.ingest_textures(pictures, surface="flor", **stated)
+    with pytest.raises(CasaError, match=r"tile_m\.1: .*greater than 0, got -1"):
+        casa.ingest_textures(pictures, surface="floor", tile_m=(1.0, -1.0))
+
+
+def test_a_damaged_pack_is_an_error_with_its_file(ingested: Ingested, tmp_path: Path) -> None:
+    path = ingested().folder / "pack.json"
+    for text in ("{}", "[", '{"id": "slates", "version": 3, "pictures": [{"files": ["../a.png"]}]}'):
+        path.write_text(text, encoding="utf-8")
+        use_project(tmp_path)
+        with pytest.raises(OutputError, match=r"textures/slates/pack\.json: cannot be read"):
+            recipes()
+
+
+def test_a_hundred_pictures_are_read_once_and_drawn(
+    ingested: Ingested, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    report = ingested(1)
+    path = report.folder / "pack.json"
+    pack = json.loads(path.read_text(encoding="utf-8"))
+    pack["pictures"] = [{**pack["pictures"][0], "id": f"slates_no_{n}"} for n in range(100)]
+    path.write_text(json.dumps(pack), encoding="utf-8")
+    use_project(tmp_path)
+    counted = Mock(wraps=pack_files.load_pack)
+    monkeypatch.setattr(pack_files, "load_pack", counted)
+    drawn = [dict(draw_surfaces(seed))[Surface.FLOOR] for seed in range(60)]
+    assert 15 < sum(name.startswith("slates_no_") for name in drawn) < 45
+    sampled = [dict(recipe.surfaces)[Surface.FLOOR] for recipe in draw_recipes(30, 7)]
+    assert any(name.startswith("slates_no_") for name in sampled)
+    counted.assert_called_once_with(report.folder)
+
+
+def run(*words: str | Path, folder: Path) -> subprocess.CompletedProcess[str]:
+    """Run the program in a folder."""
+    environment = {**os.environ, "COLUMNS": "200", "PYTHONPATH": str(ROOT)}
+    done = subprocess.run(command(*words), cwd=folder, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr + done.stdout
+    return done
+
+
+def test_from_an_empty_folder_to_a_checked_kitchen(tmp_path: Path) -> None:
+    """By the command line: a project, a pack, a style that uses it, and the other pack by name; then from Python."""
+    run("init", "ours", folder=tmp_path)
+    ours = tmp_path / "ours"
+    write_pictures(tmp_path / "slates", 2)
+    stated = ("--tile", "1", "1", "--licence", "CC0-1.0")
+    done = run("textures", "ingest", "../slates", "--surface", "floor", *stated, folder=ours)
+    assert "2 pictures taken" in done.stdout
+    run("textures", "ingest", "../slates", "--pack", "plaster", "--surface", "wall", *stated, folder=ours)
+    rows = [json.loads(line) for line in run("textures", "list", "--json", folder=ours).stdout.splitlines()]
+    found = {row["id"]: row["from"] for row in rows if row["kind"] == "picture"}
+    assert found == {f"{pack}_stone_0{n}": f"ours/{pack}" for pack in ("slates", "plaster") for n in (0, 1)}
+    style = "like: coastal\ntitle: Slated\nroom: {floor: slates_stone_01}\n"
+    (ours / "styles" / "slated.yaml").write_text(style, encoding="utf-8")
+    words = ("scenes", "new", "one_wall_small", "--style", "slated", "--textures", "wall=plaster_stone_00", "--json")
+    row = json.loads(run(*words, folder=ours).stdout.splitlines()[-1])
+    checked = run("scenes", "check", row["id"], "--jobs", "1", "--no-pictures", "--json", folder=ours)
+    assert json.loads(checked.stdout.splitlines()[-1])["verdict"] == "passed"
+    place = ours / "out" / "scenes" / row["id"]
+    credit = {"licence": "CC0-1.0", "author": "unknown", "generator": "unknown"}
+    listed = json.loads((place / "scene.json").read_text(encoding="utf-8"))["textures"]
+    assert listed == [{"id": "plaster_stone_00", **credit}, {"id": "slates_stone_01", **credit}]
+    assert "slates_stone_01" in scene_pack.members_of(place)["ATTRIBUTION.md"].decode()
+    kitchen = casa.Project(ours).kitchen("one_wall_small", "slated", surfaces={"wall": "plaster_stone_00"})
+    model = kitchen.to_mjmodel()
+    shown = {model.material(i).name.partition("__")[2] for i in range(model.nmat)}
+    assert {"slates_stone_01", "plaster_stone_00"} <= shown
+    before = model.tex_data.copy()
+    with casa.Project(ours):
+        kitchen.textures_of(model).show({"wall": "plaster_stone_01"})
+    assert (model.tex_data != before).any()
