@@ -27,27 +27,19 @@ from tests.unit.families.test_kit import SUPPLIES
 CHECKOUT = Path(__file__).parents[3]
 
 
-@pytest.fixture
-def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_extras_of_an_installed_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """As it is where a wheel was installed: no checkout, only metadata."""
     lines = ["numpy>=2.1", 'pyarrow>=17; extra == "parquet"', 'ruff ; extra == "dev"', "torch>=2; extra == 'clip'"]
     monkeypatch.setattr(system, "_SOURCE", tmp_path)
     monkeypatch.setattr(importlib.metadata, "requires", lambda name: lines)
-
-
-@pytest.mark.usefixtures("installed")
-def test_extras_of_an_installed_package() -> None:
     assert system.requirements() == ("numpy>=2.1",)
     assert system.extras() == {"clip": ("torch>=2",), "parquet": ("pyarrow>=17",)}
 
 
-def test_command_in_a_checkout_installs_the_checkout() -> None:
+def test_what_is_not_installed_is_an_error_with_the_command_that_installs_it_in_a_checkout() -> None:
     python, *words = shlex.split(system.install_command("parquet"))
     assert python == sys.executable
     assert words == ["-m", "pip", "install", "-c", str(CHECKOUT / "constraints.txt"), "-e", f"{CHECKOUT}[parquet]"]
-
-
-def test_what_is_not_installed_is_an_error_that_names_the_extra() -> None:
     system.require("numpy", "parquet", "A table")
     with pytest.raises(CasaError, match=r"A table needs no_such_module.*extra 'parquet'.*pip install"):
         system.require("no_such_module", "parquet", "A table")
@@ -57,8 +49,7 @@ def test_there_and_back() -> None:
     shown = np.arange(256) / 255
     linear = numeric.linear_from_srgb_array(shown)
     np.testing.assert_allclose(numeric.srgb_from_linear_array(linear), shown, atol=1e-7)
-    assert linear[0] == 0.0
-    assert linear[-1] == 1.0
+    assert (linear[0], linear[-1]) == (0.0, 1.0)
     assert linear[128] == pytest.approx(0.21586, abs=1e-5)  # half of the way on a screen is a fifth of the light
     assert [numeric.linear_from_srgb(float(v)) for v in shown] == pytest.approx(linear.tolist(), abs=1e-15)
     assert [numeric.srgb_from_linear(float(v)) for v in linear] == pytest.approx(shown.tolist(), abs=1e-7)
@@ -102,29 +93,23 @@ def found(asset: Asset) -> Joint:
     return build_joint(part, 1.0, asset.link("front"), None, ("object", "front"))
 
 
-@pytest.mark.parametrize("kind", [JointKind.HINGE, JointKind.SLIDE])
-def test_the_same_front_built_and_found_feels_the_same(kind: JointKind) -> None:
-    asset = built(kind)
-    (ours,), theirs = asset.joints, found(asset)
-    for name in ("frictionloss", "damping", "armature"):
-        assert getattr(theirs, name) == pytest.approx(getattr(ours, name), rel=1e-2)
-    assert (ours.drive, theirs.drive) == (None, None)
-
-
-def opened_in(joint: Joint, inertia: float, lever: float) -> float:
-    """Seconds in which 20 N at the hand take a joint over its way."""
-    speed, place, seconds, dt = 0.0, 0.0, 0.0, 1e-3
-    while place < joint.range[1]:
-        drive = 20.0 * lever - joint.frictionloss - joint.damping * speed
-        speed += drive / (inertia + joint.armature) * dt
-        place, seconds = place + speed * dt, seconds + dt
-        assert seconds < 5.0
-    return seconds
+def test_the_same_front_built_and_found_feels_the_same() -> None:
+    for kind in (JointKind.HINGE, JointKind.SLIDE):
+        asset = built(kind)
+        (ours,), theirs = asset.joints, found(asset)
+        for name in ("frictionloss", "damping", "armature"):
+            assert getattr(theirs, name) == pytest.approx(getattr(ours, name), rel=1e-2), kind
+        assert (ours.drive, theirs.drive) == (None, None)
 
 
 def test_a_found_drawer_opens_in_the_time_of_the_model() -> None:
+    """20 N at the hand take it over its way."""
     asset = built(JointKind.SLIDE)
-    seconds = opened_in(found(asset), asset.link("front").inertial.mass, 1.0)
+    joint, speed, place, seconds, dt = found(asset), 0.0, 0.0, 0.0, 1e-3
+    while place < joint.range[1] and seconds < 5.0:
+        force = 20.0 - joint.frictionloss - joint.damping * speed
+        speed += force / (asset.link("front").inertial.mass + joint.armature) * dt
+        place, seconds = place + speed * dt, seconds + dt
     assert seconds == pytest.approx(hand_dynamics.OPENS_IN_S, rel=0.05)
 
 

@@ -23,8 +23,8 @@ class World:
         model, data: of all of it. Bodies of an asset are called `<its name>_<link>`.
     """
 
-    def __init__(self, *, balls: dict[str, float] | None = None, peg: float = 0.0, **assets: Asset) -> None:
-        """Balls by name and radius, a fixed peg along y of a radius through the origin, metres, and assets by name."""
+    def __init__(self, *, ball: float = 0.0, peg: float = 0.0, **assets: Asset) -> None:
+        """A ball and a fixed peg along y through the origin, of a radius, metres, and assets by name."""
         spec = mujoco.MjSpec()
         spec.option.timestep = STEP_S
         spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[1, 1, 0.1], pos=[0, 0, -1 if peg else 0])
@@ -32,10 +32,10 @@ class World:
             spec.worldbody.add_geom(
                 type=mujoco.mjtGeom.mjGEOM_CAPSULE, size=[peg, 0.1, 0], quat=[np.sqrt(0.5), np.sqrt(0.5), 0, 0]
             )
-        for name, radius in (balls or {}).items():
-            ball = spec.worldbody.add_body(name=name)
-            ball.add_freejoint(name=f"{name}_free")
-            ball.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[radius, 0, 0], mass=0.02, condim=6)
+        if ball:
+            body = spec.worldbody.add_body(name="ball")
+            body.add_freejoint(name="ball_free")
+            body.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[ball, 0, 0], mass=0.02, condim=6)
         for name, asset in assets.items():
             thing = collision_spec(mjcf.write(asset))
             thing.worldbody.first_body().add_freejoint(name="free")
@@ -66,7 +66,7 @@ class World:
 def test_a_ball_that_falls_into_a_vessel_stays_in_it(category: str) -> None:
     for index in MEMBERS:
         vessel = member(category, index)
-        world = World(balls={"ball": 0.015}, vessel=vessel)
+        world = World(ball=0.015, vessel=vessel)
         # Open things have their handles at one side: the middle of what collides is not that of the mouth.
         world.put("ball", (world.at("vessel_object")[0] * 0.5, 0.01, float(vessel.bounds[1, 2]) + 0.05))
         world.run(3.0)
@@ -147,7 +147,7 @@ def test_an_open_jar_takes_a_ball_and_a_closed_one_does_not(kind: JointKind) -> 
     (joint,) = jar.joints
     mouth = float(jar.link(LID).pose.position[2])
     for share, enters in ((1.0, True), (0.0, False)):
-        world = World(balls={"ball": 0.01}, jar=jar)
+        world = World(ball=0.01, jar=jar)
         world.data.joint(f"jar_{LID_JOINT}").qpos[0] = share * joint.range[1]
         world.put("ball", (0.0, -0.005, (mouth if enters else float(jar.bounds[1, 2])) + 0.02))
         world.run(2.0)
