@@ -35,7 +35,6 @@ def microwave(base: Base = Base.FIXED) -> Asset:
         (1.5, size, at),
         [kit.seen("door_main", "glass", size, at)],
         [kit.box_collider("door_0", size, (0.19, -0.011, 0.0), "steel")],
-        parent="object",
         pose=Pose(position=(-0.24, -0.19, 0.15)),
     )
     turned = kit.hinge("microjoint", "door", kit.Z, (-math.pi / 2, 0.0), damping=0.5, frictionloss=0.3)
@@ -67,27 +66,17 @@ def drawer_unit() -> Asset:
     """A cabinet with a driven drawer in a turned frame, and a knob that is rigidly attached to the drawer."""
     turned = Pose(position=(0.0, -0.05, 0.1), quaternion=(math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5)))
     plate, box = ((0.4, 0.5, 0.02), (0.0, 0.0, 0.01)), (0.4, 0.3, 0.1)
+    board = kit.box_collider("carcass_0", *plate, "steel")
     hull = kit.formed("box_0", Hull(mesh=box_mesh(box, kit.HERE, shared=True)), "cardboard")
+    hull = hull.replace(pose=Pose(quaternion=(math.cos(0.1), 0.0, 0.0, math.sin(0.1))))
     grip = kit.formed("knob_0", Cylinder(radius=0.01, height=0.03), "steel")
     pulled = kit.slide("drawer_joint", "drawer", (-1.0, 0.0, 0.0), (0.0, 0.28), damping=2.0)
     return Asset(
         **kit.named("cabinet", "Q1049754", "furniture"),
         base=Base.FIXED,
         links=(
-            kit.link(
-                "object",
-                (8.0, *plate),
-                [kit.seen("carcass", "paint", *plate)],
-                [kit.box_collider("carcass_0", *plate, "steel")],
-            ),
-            kit.link(
-                "drawer",
-                (2.0, box, (0.01, 0.02, 0.0)),
-                [kit.seen("box", "paint", box)],
-                [hull.replace(pose=Pose(quaternion=(math.cos(0.1), 0.0, 0.0, math.sin(0.1))))],
-                parent="object",
-                pose=turned,
-            ),
+            kit.link("object", (8.0, *plate), [kit.seen("carcass", "paint", *plate)], [board]),
+            kit.link("drawer", (2.0, box, (0.01, 0.02, 0.0)), [kit.seen("box", "paint", box)], [hull], turned),
             Link(
                 name="knob",
                 parent="drawer",
@@ -124,15 +113,11 @@ def grill() -> Asset:
     carried = Pose(position=(0.36, -0.05, 0.0), quaternion=(math.cos(0.1), 0.0, 0.0, math.sin(0.1)))
     at_top = Pose(position=(-0.04, 0.0, 0.26), quaternion=(math.cos(0.2), 0.0, math.sin(0.2), 0.0))
     dial = (0.03, 0.03, 0.03)
-    knob = kit.link(
-        "knob",
-        (0.05, dial, kit.HERE),
-        [kit.seen("knob_main", "enamel", dial, label="knob")],
-        [kit.formed("knob_0", Cylinder(radius=0.015, height=0.03), "steel", label="knob")],
-        parent="object",
-        # Its z looks out of the front.
-        pose=Pose(position=(0.2, -0.2, 0.1), quaternion=(math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0)),
-    )
+    grip = kit.formed("knob_0", Cylinder(radius=0.015, height=0.03), "steel", label="knob")
+    # Its z looks out of the front.
+    fixed = Pose(position=(0.2, -0.2, 0.1), quaternion=(math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0))
+    seen = kit.seen("knob_main", "enamel", dial, label="knob")
+    knob = kit.link("knob", (0.05, dial, kit.HERE), [seen], [grip], fixed)
     return plain.replace(
         id="grill_0123456789",
         links=(
@@ -167,13 +152,9 @@ def grill() -> Asset:
 
 def _plate(name: str, parent: str, pose: Pose, mass: float, size: Vec3) -> Link:
     """A box of steel around its origin."""
+    shape = kit.box_collider(f"{name}_0", size, kit.HERE, "steel", label=name)
     return kit.link(
-        name,
-        (mass, size, kit.HERE),
-        [kit.seen(f"{name}_main", "enamel", size, label=name)],
-        [kit.box_collider(f"{name}_0", size, kit.HERE, "steel", label=name)],
-        parent=parent,
-        pose=pose,
+        name, (mass, size, kit.HERE), [kit.seen(f"{name}_main", "enamel", size, label=name)], [shape], pose, parent
     )
 
 

@@ -63,10 +63,22 @@ def seen(name: str, material: str, size: Vec3, at: Vec3 = HERE, label: str | Non
 
 
 def link(
-    name: str, mass: tuple[float, Vec3, Vec3], visuals: Iterable[Visual], colliders: Iterable[Collider], **fields: Any
+    name: str,
+    mass: tuple[float, Vec3, Vec3],
+    visuals: Iterable[Visual],
+    colliders: Iterable[Collider],
+    pose: Pose | None = None,
+    parent: str = "object",
 ) -> Link:
-    """A link with the inertia of a solid box: its mass, full size and middle."""
-    return Link(name=name, inertial=box_inertial(*mass), visuals=tuple(visuals), colliders=tuple(colliders), **fields)
+    """A link with the inertia of a solid box (its mass, full size and middle), on `object` unless it is that itself."""
+    return Link(
+        name=name,
+        parent=None if name == "object" else parent,
+        pose=pose or Pose(),
+        inertial=box_inertial(*mass),
+        visuals=tuple(visuals),
+        colliders=tuple(colliders),
+    )
 
 
 def hinge(name: str, child: str, axis: Vec3, span: Vec2, **fields: Any) -> Joint:

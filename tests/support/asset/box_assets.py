@@ -9,7 +9,7 @@ import numpy as np
 from casa_assets.mesh.solid.solids import convex_hull
 from casa_assets.model.asset.asset import Asset, Collider, Inertial, Visual
 from casa_assets.model.asset.material import Material
-from casa_assets.model.asset.parts import Box, Cylinder, Hull, Mesh
+from casa_assets.model.asset.parts import Cylinder, Hull, Mesh
 from casa_assets.model.record import Vec3
 from tests.support.asset.asset_parts import CARDBOARD, PROVENANCE, box_collider, box_inertial, formed, link, named, seen
 from tests.support.asset.assets import ball, microwave, rigid_mug
@@ -74,8 +74,7 @@ def dented(depth: float) -> Asset:
 
 def opened() -> Asset:
     box = box_mesh(SIZE, (0.0, 0.0, SIZE[2] / 2), shared=True)
-    hull = Hull(mesh=Mesh(vertices=box.vertices, faces=box.faces[:-1]))
-    return touched(formed("whole", hull, "cardboard"))
+    return touched(formed("whole", Hull(mesh=box.replace(faces=box.faces[:-1])), "cardboard"))
 
 
 def balanced_at(x: float) -> Asset:
@@ -93,12 +92,8 @@ def gapped(gap: float) -> Asset:
     """Its two collision shapes leave `gap` between them in the middle, along x."""
     x, y, z = SIZE
     wide = (x - gap) / 2
-    return touched(
-        *(
-            box_collider(name, (wide, y, z), (sign * (x - wide) / 2, 0.0, z / 2))
-            for name, sign in (("left", -1), ("right", 1))
-        )
-    )
+    left, right = (-(x - wide) / 2, 0.0, z / 2), ((x - wide) / 2, 0.0, z / 2)
+    return touched(box_collider("left", (wide, y, z), left), box_collider("right", (wide, y, z), right))
 
 
 def plugged(height: float) -> Asset:
@@ -112,10 +107,8 @@ def plugged(height: float) -> Asset:
 
 def short_by(gap: float, size: Vec3 = SIZE) -> Asset:
     """Its collision shape ends `gap` below its top."""
-    whole = plain_box(size)
-    x, y, z = size
-    low = Box(size=(x, y, z - gap))
-    collider = formed("low", low, "cardboard", (0.0, 0.0, (z - gap) / 2))
+    whole, (x, y, z) = plain_box(size), size
+    collider = box_collider("low", (x, y, z - gap), (0.0, 0.0, (z - gap) / 2))
     return whole.replace(links=(whole.root.replace(colliders=(collider,)),))
 
 

@@ -36,18 +36,16 @@ def block(name: str, size: Vec3, at: Vec3, label: str | None = None) -> Collider
 def oven() -> Asset:
     """A microwave oven with everything that the contract `microwave` asks for."""
     plain = microwave()
-    keys = (
-        block("start_button", (0.03, 0.01, 0.02), (0.2, -0.184, 0.05), "button"),
-        block("stop_button", (0.03, 0.01, 0.02), (0.2, -0.184, 0.1), "button"),
-    )
+    key = (0.03, 0.01, 0.02)
+    start, stop = (block(f"{n}_button", key, (0.2, -0.184, z), "button") for n, z in (("start", 0.05), ("stop", 0.1)))
     tray = kit.formed("tray", Cylinder(radius=0.15, height=0.006), "steel", (-0.04, 0.0, 0.027))
-    grip = block("door_handle_main", (0.02, 0.02, 0.2), (0.35, -0.05, 0.0), "handle")
+    grip: tuple[Vec3, Vec3] = ((0.02, 0.02, 0.2), (0.35, -0.05, 0.0))
     leaf = plain.link("door")
     door = leaf.replace(
-        colliders=(leaf.colliders[0].replace(name="door", label="door"), grip),
-        visuals=(*leaf.visuals, kit.seen("grip_seen", "enamel", (0.02, 0.02, 0.2), (0.35, -0.05, 0.0), label="handle")),
+        colliders=(leaf.colliders[0].replace(name="door", label="door"), block("door_handle_main", *grip, "handle")),
+        visuals=(*leaf.visuals, kit.seen("grip_seen", "enamel", *grip, label="handle")),
     )
-    root = plain.root.replace(colliders=(*plain.root.colliders, *keys, tray))
+    root = plain.root.replace(colliders=(*plain.root.colliders, start, stop, tray))
     main = Region(name="main", pose=Pose(position=(0.0, (-0.21 + 0.2) / 2, 0.15)), size=(0.5, 0.2 - -0.21, 0.3))
     return plain.replace(
         contract="microwave",
@@ -77,14 +75,9 @@ def hob() -> Asset:
     """A hob of one burner with everything that the contract `stovetop` asks for."""
     plate: tuple[Vec3, Vec3] = ((0.3, 0.5, 0.02), (0.0, 0.0, 0.01))
     dial: tuple[Vec3, Vec3] = ((0.04, 0.04, 0.02), (0.0, 0.0, 0.012))
-    knob = kit.link(
-        "knob_left",
-        (0.05, *dial),
-        [kit.seen("knob_seen", "enamel", *dial, label="knob")],
-        [block("knob_left_main", *dial, "knob")],
-        parent="object",
-        pose=Pose(position=(0.0, -0.2, 0.02)),
-    )
+    shape = block("knob_left_main", *dial, "knob")
+    seen = kit.seen("knob_seen", "enamel", *dial, label="knob")
+    knob = kit.link("knob_left", (0.05, *dial), [seen], [shape], Pose(position=(0.0, -0.2, 0.02)))
     ring = kit.seen("ring", "enamel", (0.15, 0.15, 0.001), (0.0, 0.05, 0.0205), label="burner")
     root = kit.link("object", (4.0, *plate), [kit.seen("plate", "enamel", *plate), ring], [block("plate_0", *plate)])
     turned = kit.hinge("knob_left_joint", "knob_left", (0.0, 0.0, -1.0), (0.0, math.pi), frictionloss=0.05)

@@ -91,12 +91,10 @@ def with_shapes(link: str, *shapes: Collider) -> Asset:
 def with_grip(joint: str, replaced: Shape, **changes: object) -> Asset:
     """The cupboard with the shape, and other fields, of the collider that a hand takes of a joint replaced."""
     whole = cupboard()
-    name = next(j.grip for j in whole.joints if j.name == joint)
-    links = tuple(
-        k.replace(colliders=tuple(c.replace(shape=replaced, **changes) if c.name == name else c for c in k.colliders))
-        for k in whole.links
-    )
-    return whole.replace(links=links)
+    moved = next(j for j in whole.joints if j.name == joint)
+    shapes = whole.link(moved.child).colliders
+    changed = (c.replace(shape=replaced, **changes) if c.name == moved.grip else c for c in shapes)
+    return link_changed(moved.child, colliders=tuple(changed))
 
 
 def with_mass_within(size: float) -> Asset:
@@ -106,10 +104,8 @@ def with_mass_within(size: float) -> Asset:
 
 def caught_by(lip: float) -> Asset:
     """A foot below its drawer meets a lip on the divider, which is so much too high, metres, right away."""
-    foot = shape("foot", (0.1, 0.1, 0.01), (0.0, 0.0, 0.43))
-    catch = shape("catch", (0.1, 0.02, 0.02), (0.0, -0.06005, 0.415 + lip))
-    drawer = with_shapes("drawer", foot)
-    carcass = with_shapes("object", catch).root
+    drawer = with_shapes("drawer", shape("foot", (0.1, 0.1, 0.01), (0.0, 0.0, 0.43)))
+    carcass = with_shapes("object", shape("catch", (0.1, 0.02, 0.02), (0.0, -0.06005, 0.415 + lip))).root
     return drawer.replace(links=(carcass, *drawer.links[1:]))
 
 
@@ -170,7 +166,6 @@ def _door() -> Link:
         (4.0, size, middle),
         [panel, kit.seen("door_bar", "brass", grip, at, label="handle")],
         [shape("door_main", size, middle), shape("door_handle", grip, at, "steel", "handle")],
-        parent="object",
         pose=Pose(position=HINGE),
     )
 
@@ -183,33 +178,21 @@ def _drawer() -> Link:
         (3.0, (0.5, 0.36, 0.14), (0.0, -0.03, 0.49)),
         [*seen, kit.seen("drawer_bar", "brass", grip, at, label="handle")],
         [*(shape(n, *place) for n, place in DRAWER.items()), shape("drawer_handle", grip, at, "steel", "handle")],
-        parent="object",
     )
 
 
 def _knob() -> Link:
     size = (0.04, 0.03, 0.04)
     grip = kit.formed("knob_grip", Cylinder(radius=0.02, height=0.03), "steel", label="knob")
-    return kit.link(
-        "knob",
-        (0.05, size, kit.HERE),
-        [kit.seen("knob_cap", "brass", size)],
-        [grip.replace(pose=Pose(quaternion=(math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0)))],
-        parent="object",
-        pose=Pose(position=KNOB),
-    )
+    grip = grip.replace(pose=Pose(quaternion=(math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0)))
+    seen = kit.seen("knob_cap", "brass", size)
+    return kit.link("knob", (0.05, size, kit.HERE), [seen], [grip], Pose(position=KNOB))
 
 
 def _key() -> Link:
     size = (0.03, 0.01, 0.03)
-    return kit.link(
-        "key",
-        (0.02, size, kit.HERE),
-        [kit.seen("key_top", "brass", size)],
-        [shape("key_cap", size, kit.HERE, "steel", "button")],
-        parent="object",
-        pose=Pose(position=KEY),
-    )
+    cap = shape("key_cap", size, kit.HERE, "steel", "button")
+    return kit.link("key", (0.02, size, kit.HERE), [kit.seen("key_top", "brass", size)], [cap], Pose(position=KEY))
 
 
 def ball_of(diameter: float) -> Sphere:
