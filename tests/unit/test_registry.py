@@ -225,14 +225,12 @@ def test_names_find_their_category_and_no_word_is_found_inside_another() -> None
     assert [name for name, match in unsure.items() if match is None or match[1] >= 0.5] == []
 
 
-def test_the_best_hint_decides_and_a_weak_word_yields_to_a_later_hint() -> None:
+def test_the_best_hint_decides_and_confidence_falls_from_id_to_alias_to_part_of_a_text() -> None:
+    """A weak word yields to a later hint."""
     wanted: dict[tuple[str, ...], str | None] = {("mug", "plate"): "mug", ("a1b2c3", "plate"): "plate", (): None}
     wanted |= {("orange", "coffee mug"): "mug", ("orange", "a1b2c3"): "orange"}
     matches = {hints: SHIPPED.find_category(hints) for hints in wanted}
     assert {hints: match and match[0].id for hints, match in matches.items()} == wanted
-
-
-def test_confidence_falls_from_id_to_alias_to_part_of_a_text() -> None:
     ranks = ["mug", "tea mug", "my old tea mug", "my old mug", "mug that i have", "soapmug"]
     confidences = [match[1] for text in ranks if (match := SHIPPED.find_category([text]))]
     assert len(confidences) == len(ranks)
@@ -370,17 +368,13 @@ def test_sizes_and_masses_are_spans_that_agree_with_the_shape() -> None:
         assert low <= span.low <= span.typical <= span.high <= high, name
 
 
-def test_what_holds_things_is_open_and_what_stacks_rests_on_a_foot() -> None:
+def test_what_holds_things_is_open_what_stacks_rests_on_a_foot_and_what_lies_lies_along_its_length() -> None:
     holds = {c.id: c.build for c in EVERY if c.can(Affordance.CONTAINER)}
     assert {name for name, build in holds.items() if build in (MatterFill.SOLID, MatterFill.FILLED)} == set()
     assert {"bowl", "mug", "pan", "plate", "tray"} <= holds.keys()
     assert {c.id for c in EVERY if c.can(Affordance.STACKABLE) and c.upright is RestingPose.ANY} == set()
-
-
-def test_poses() -> None:
     assert {name: (ROWS[name].upright, ROWS[name].front) for name in POSES} == POSES
-    turned = [c for c in EVERY if c.front is FrontRule.LENGTH]
-    assert [c.id for c in turned if c.shape[0] < max(c.shape[1:])] == []
+    assert [c.id for c in EVERY if c.front is FrontRule.LENGTH and c.shape[0] < max(c.shape[1:])] == []
 
 
 def test_lvis_names_lead_to_their_category_and_phrases_distinguish_categories() -> None:

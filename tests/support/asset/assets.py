@@ -54,44 +54,34 @@ def rigid_mug() -> Asset:
     floor = formed("floor", Cylinder(radius=0.04, height=0.006), "ceramic", (0.0, 0.0, 0.003))
     handle = formed("handle", Capsule(radius=0.005, height=0.05), "ceramic", (0.06, 0.0, 0.05))
     profile = [(0.0, 0.006), (0.035, 0.006), (0.035, 0.095), (0.04, 0.095), (0.04, 0.0), (0.0, 0.0)]
+    body = Visual(name="body", mesh=lathe(profile, 32), material="glaze")
+    grip = seen("grip", "glaze", (0.01, 0.01, 0.06), (0.06, 0.0, 0.05))
+    inertia = (4e-4, 4.3e-4, 3.6e-4, 0.0, 1.5e-5, 0.0)
+    inertial = Inertial(mass=0.3, center_of_mass=(0.004, 0.0, 0.042), inertia=inertia)
     return Asset(
         **named("mug", "Q386215", "drinkware", "tableware"),
-        links=(
-            Link(
-                name="object",
-                inertial=Inertial(
-                    mass=0.3, center_of_mass=(0.004, 0.0, 0.042), inertia=(4e-4, 4.3e-4, 3.6e-4, 0.0, 1.5e-5, 0.0)
-                ),
-                visuals=(
-                    Visual(name="body", mesh=lathe(profile, 32), material="glaze"),
-                    seen("grip", "glaze", (0.01, 0.01, 0.06), (0.06, 0.0, 0.05)),
-                ),
-                colliders=(*walls, floor, handle),
-            ),
-        ),
+        links=(Link(name="object", inertial=inertial, visuals=(body, grip), colliders=(*walls, floor, handle)),),
         sites=(Site(name="fill", pose=Pose(position=(0.0, 0.0, 0.09))),),
         materials=(Material(id="glaze", base_color=(0.6, 0.05, 0.02, 1.0), roughness=0.2, substance="ceramic"),),
         substances=(CERAMIC,),
     )
 
 
+def peel(steps: int) -> Visual:
+    """How an orange is seen."""
+    arc = [(0.036 * math.sin(t), 0.036 - 0.036 * math.cos(t)) for t in np.linspace(math.pi, 0.0, 17)]
+    return Visual(name="peel", mesh=lathe(arc, steps), material="peel")
+
+
 def ball() -> Asset:
     """An orange: one sphere, which rolls unless something stops it."""
     radius, mass = 0.036, 0.17
-    arc = [(radius * math.sin(t), radius - radius * math.cos(t)) for t in np.linspace(math.pi, 0.0, 17)]
-    inertia = 0.4 * mass * radius**2
+    at, k = (0.0, 0.0, radius), 0.4 * mass * radius**2
+    inertial = Inertial(mass=mass, center_of_mass=at, inertia=(k, k, k, 0.0, 0.0, 0.0))
+    shape = formed("peel_0", Sphere(radius=radius), "fruit", at)
     return Asset(
         **named("orange", "Q13191", "fruit", "food"),
-        links=(
-            Link(
-                name="object",
-                inertial=Inertial(
-                    mass=mass, center_of_mass=(0.0, 0.0, radius), inertia=(inertia, inertia, inertia, 0.0, 0.0, 0.0)
-                ),
-                visuals=(Visual(name="peel", mesh=lathe(arc, 32), material="peel"),),
-                colliders=(formed("peel_0", Sphere(radius=radius), "fruit", (0.0, 0.0, radius)),),
-            ),
-        ),
+        links=(Link(name="object", inertial=inertial, visuals=(peel(32),), colliders=(shape,)),),
         materials=(Material(id="peel", base_color=(0.9, 0.3, 0.02, 1.0), roughness=0.5, substance="fruit"),),
         substances=(FRUIT,),
     )

@@ -12,8 +12,8 @@ from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import Cylinder, Hull, Mesh
 from casa_assets.model.record import Vec3
 from tests.support.asset.asset_parts import CARDBOARD, PROVENANCE, box_collider, box_inertial, formed, link, named, seen
-from tests.support.asset.assets import ball, microwave, rigid_mug
-from tests.support.mesh.meshes import box_mesh, lathe, texture
+from tests.support.asset.assets import ball, microwave, peel, rigid_mug
+from tests.support.mesh.meshes import box_mesh, texture
 
 SIZE: Vec3 = (0.2, 0.06, 0.12)
 
@@ -156,10 +156,7 @@ def half_turned() -> Asset:
 
 
 def finer_ball(steps: int) -> Asset:
-    fruit = ball()
-    arc = [(0.036 * math.sin(t), 0.036 - 0.036 * math.cos(t)) for t in np.linspace(math.pi, 0.0, 17)]
-    peel = fruit.root.visuals[0].replace(mesh=lathe(arc, steps))
-    return fruit.replace(links=(fruit.root.replace(visuals=(peel,)),))
+    return ball().replace(links=(ball().root.replace(visuals=(peel(steps),)),))
 
 
 def pictured(width_px: int, stated_px: int | None = None, unwrapped: bool = True) -> Asset:

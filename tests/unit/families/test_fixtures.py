@@ -29,26 +29,15 @@ from tests.unit.families.test_members import GROUPS, height_of, holds
 pytestmark = pytest.mark.content("code", "families", keep=0)
 
 
+MOVED = """
+base_cabinet/shaker_navy_cups base_cabinet/slab_oak_groove wall_cabinet/glass_black drawer_stack/birch_leather_five
+corner_cabinet_diagonal/navy_cups island_base/navy_cups range/slide_in_gas range/cooker_double_sage wall_oven/double
+microwave/built_in_white microwave/retro_cream toaster_oven/mint toaster_oven/pro_four_knobs hood/slanted
+"""
+
+
 @pytest.mark.content("family", "{family}")
-@pytest.mark.parametrize(
-    ("family", "name"),
-    [
-        ("base_cabinet", "shaker_navy_cups"),
-        ("base_cabinet", "slab_oak_groove"),
-        ("wall_cabinet", "glass_black"),
-        ("drawer_stack", "birch_leather_five"),
-        ("corner_cabinet_diagonal", "navy_cups"),
-        ("island_base", "navy_cups"),
-        ("range", "slide_in_gas"),
-        ("range", "cooker_double_sage"),
-        ("wall_oven", "double"),
-        ("microwave", "built_in_white"),
-        ("microwave", "retro_cream"),
-        ("toaster_oven", "mint"),
-        ("toaster_oven", "pro_four_knobs"),
-        ("hood", "slanted"),
-    ],
-)
+@pytest.mark.parametrize(("family", "name"), [row.split("/") for row in MOVED.split()])
 def test_parts_clear_each_other_on_their_way(family: str, name: str, tmp_path: Path) -> None:
     """Every joint alone, with what has to be open before it, in cabinets all at once too; neighbours count."""
     asset = preset(family, name)
@@ -72,9 +61,15 @@ def test_parts_clear_each_other_on_their_way(family: str, name: str, tmp_path: P
 # Cabinets -------------------------------------------------------------------------------------------------------------
 
 
-def test_sizes_are_those_asked_for() -> None:
+def test_sizes_are_those_asked_for_and_what_cannot_be_built_is_refused() -> None:
     params = BaseCabinet(width=0.43, depth=0.58, height=0.87, look=CabinetLook(handle=HandleKind.FINGER_GROOVE))
     np.testing.assert_allclose(np.ptp(made("base_cabinet", params).bounds, axis=0), (0.43, 0.58, 0.87), atol=1e-5)
+    with pytest.raises(ValidationError, match="take two"):
+        BaseCabinet(width=0.9, doors=1)
+    with pytest.raises(ValidationError, match="lower than"):
+        DrawerStack(height=0.6, shares=(1.0,) * 5)
+    with pytest.raises(ValidationError, match="shelves"):
+        BaseCabinet(height=0.5, shelves=4)
 
 
 def test_pulls_of_deep_drawer_fronts_are_high_and_rings_of_upper_doors_clear_of_their_lower_edge() -> None:
@@ -112,15 +107,6 @@ def test_handles_stand_on_the_face_and_fit_a_gripper() -> None:
         shape = pull.shapes[0][0]
         assert isinstance(shape, Box | Capsule)
         assert 0.002 < (min(shape.size) if isinstance(shape, Box) else 2 * shape.radius) <= 0.08
-
-
-def test_what_cannot_be_built_is_refused() -> None:
-    with pytest.raises(ValidationError, match="take two"):
-        BaseCabinet(width=0.9, doors=1)
-    with pytest.raises(ValidationError, match="lower than"):
-        DrawerStack(height=0.6, shares=(1.0,) * 5)
-    with pytest.raises(ValidationError, match="shelves"):
-        BaseCabinet(height=0.5, shelves=4)
 
 
 # What cooks -----------------------------------------------------------------------------------------------------------

@@ -17,11 +17,7 @@ MEMBERS = range(3)
 
 
 class World:
-    """A floor, and things on it.
-
-    Attributes:
-        model, data: of all of it. Bodies of an asset are called `<its name>_<link>`.
-    """
+    """A floor, and things on it; bodies of an asset are called `<its name>_<link>`."""
 
     def __init__(self, *, ball: float = 0.0, peg: float = 0.0, **assets: Asset) -> None:
         """A ball and a fixed peg along y through the origin, of a radius, metres, and assets by name."""

@@ -149,12 +149,11 @@ def test_a_wall_is_open_where_it_was_opened_and_nowhere_else(
         assert face_normals(points, place[faces.astype(np.int64)])[1].min() > 1e-6
 
 
-@pytest.mark.parametrize(("length", "more"), [(2.0, 0.0), (3.47, 0.2)])
-def test_pictures_begin_at_the_left_corner_on_the_floor_of_every_wall(length: float, more: float) -> None:
-    p = Wall(length=length, left_more=more, openings=(), tile="zellige_snow", tiled_from=0.5)
-    asset = made("room_wall", p)
-    low = main(asset)[0]
-    for name, start in (("wall", 0.0), ("wall_tiles", 0.5)):
+def test_pictures_begin_at_the_left_corner_on_the_floor_of_every_wall() -> None:
+    for (length, more), (name, start) in product([(2.0, 0.0), (3.47, 0.2)], [("wall", 0.0), ("wall_tiles", 0.5)]):
+        p = Wall(length=length, left_more=more, openings=(), tile="zellige_snow", tiled_from=0.5)
+        asset = made("room_wall", p)
+        low = main(asset)[0]
         shown = visual(asset, name)
         inwards = face_normals(shown.mesh.vertices, shown.mesh.faces.astype(np.int64))[0][:, 1] < -0.99
         expected = shown.mesh.vertices[:, [0, 2]] - low[[0, 2]] - (0.0, start)
@@ -178,14 +177,8 @@ U_ROOM: Outline = ((0.0, 0.0), (1.2, 0.0), (1.2, -0.8), (3.2, -0.8), (3.2, 0.0),
 T_ROOM: Outline = ((0.0, 0.0), (4.4, 0.0), (4.4, -1.8), (3.2, -1.8), (3.2, -4.0), (1.2, -4.0), (1.2, -1.8), (0.0, -1.8))
 # A room with a corner cut at 45 degrees, and a part taken out of another corner: 16 - 0.5 - 2 square metres.
 CUT_ROOM: Outline = ((0.0, 0.0), (3.0, 0.0), (4.0, -1.0), (4.0, -3.0), (2.0, -3.0), (2.0, -4.0), (0.0, -4.0))
-SHAPES = {"l": L_ROOM, "t": T_ROOM, "u": U_ROOM}
-# Of rectangles. One more than there are inner corners; in a T one cut serves two of them.
-FEWEST = {"l": 2, "t": 2, "u": 3}
-
-
-def area(outline: Outline) -> float:
-    x, y = np.array(outline).T
-    return abs(float((x * np.roll(y, -1) - np.roll(x, -1) * y).sum())) / 2
+# With the fewest rectangles: one more than there are inner corners; in a T one cut serves two of them.
+SHAPES: dict[str, tuple[Outline, int]] = {"l": (L_ROOM, 2), "t": (T_ROOM, 2), "u": (U_ROOM, 3)}
 
 
 def has(outline: Outline, points: Floats) -> npt.NDArray[np.bool_]:
@@ -203,8 +196,10 @@ def has(outline: Outline, points: Floats) -> npt.NDArray[np.bool_]:
 @pytest.mark.parametrize("shape", sorted(SHAPES))
 def test_floors_and_ceilings_fill_their_outline(shape: str, mirrored: bool) -> None:
     for quarters in range(4):
-        outline = turned(SHAPES[shape], quarters, mirrored)
+        outline = turned(SHAPES[shape][0], quarters, mirrored)
         ends = np.array(outline)
+        (x, y), (next_x, next_y) = ends.T, np.roll(ends, -1, axis=0).T
+        area = abs(float((x * next_y - next_x * y).sum())) / 2
         points = np.random.default_rng(2).uniform(ends.min(axis=0), ends.max(axis=0), (300, 2))
         for label, params, up in (("floor", Floor(outline=outline), 1.0), ("ceiling", Ceiling(outline=outline), -1.0)):
             asset = made(f"room_{label}", params)
@@ -214,8 +209,8 @@ def test_floors_and_ceilings_fill_their_outline(shape: str, mirrored: bool) -> N
             seen = hits([visual(asset, label)], placed, (0, 1), np.array([0.0, 0.0, up]))
             assert (seen == has(outline, points)).all()
             pieces = boxes(asset, label)
-            assert volume(pieces) == pytest.approx(area(outline) * 0.05, rel=1e-6)
-            assert len(pieces) == FEWEST[shape]
+            assert volume(pieces) == pytest.approx(area * 0.05, rel=1e-6)
+            assert len(pieces) == SHAPES[shape][1]
             face = visual(asset, label).mesh.bounds[:, 2]
             assert face == pytest.approx([high[2] if up > 0 else low[2]] * 2, abs=1e-6)
 
@@ -339,22 +334,19 @@ def test_two_mitres_meet_in_a_corner(profile: SkirtingProfile) -> None:
         assert one.volume > 0
 
 
-def test_a_skirting_is_measured_at_the_wall() -> None:
+def test_a_skirting_is_measured_at_the_wall_and_panelling_fills_its_length_and_height() -> None:
     for end, more in ((SkirtingEnd.SQUARE, 0.0), (SkirtingEnd.INNER, 0.0), (SkirtingEnd.OUTER, 0.015)):
         asset = made("skirting", Skirting(length=1.0, right=end))
         low, high = main(asset)
         assert high - low == pytest.approx((1.0 + more, 0.015, 0.1), abs=1e-6)
         assert asset.bounds == pytest.approx(np.array([low, high]), abs=1e-6)
-
-
-@pytest.mark.parametrize("panels", list(PanellingStyle))
-def test_panelling_fills_its_length_and_height(panels: PanellingStyle) -> None:
-    asset = made("wall_panelling", Panelling(length=1.83, height=0.95, panels=panels))
-    low, high = main(asset)
-    assert (high - low)[[0, 2]] == pytest.approx((1.83, 0.95), abs=1e-6)
-    assert asset.bounds == pytest.approx(np.array([low, high]), abs=1e-6)
-    points = np.random.default_rng(4).uniform((low[0], low[2]), (high[0], high[2]), (200, 2))
-    assert (hits(asset.root.visuals, points, (0, 2), np.array([0.0, 1.0, 0.0])) >= 1).all()
+    for panels in PanellingStyle:
+        asset = made("wall_panelling", Panelling(length=1.83, height=0.95, panels=panels))
+        low, high = main(asset)
+        assert (high - low)[[0, 2]] == pytest.approx((1.83, 0.95), abs=1e-6)
+        assert asset.bounds == pytest.approx(np.array([low, high]), abs=1e-6)
+        points = np.random.default_rng(4).uniform((low[0], low[2]), (high[0], high[2]), (200, 2))
+        assert (hits(asset.root.visuals, points, (0, 2), np.array([0.0, 1.0, 0.0])) >= 1).all()
 
 
 # Slanting rooms, recesses, columns, gables ----------------------------------------------------------------------------

@@ -85,20 +85,16 @@ def test_good_pictures_become_tiles(folder: Path, tmp_path: Path) -> None:
     assert names == sorted([*(f for p in report.pack.pictures for f in p.files), "pack.json", "sheet.png"])
 
 
-def test_again_is_the_same_bytes_and_nothing_is_written(folder: Path, tmp_path: Path) -> None:
-    first = taken(folder, tmp_path / "lib")
-    before = file_digests(first.folder)
+def test_again_is_the_same_bytes_nothing_is_written_and_a_run_goes_on_where_it_was_cut_off(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first = taken(folder, tmp_path / "first")
     inode = first.folder.stat().st_ino
-    again = taken(folder, tmp_path / "lib")
+    again = taken(folder, tmp_path / "first")
     assert not again.changed
     assert again.pack == first.pack
     assert first.folder.stat().st_ino == inode
-    assert file_digests(taken(folder, tmp_path / "other").folder) == before
-    assert list((tmp_path / "lib" / ".casa" / "staging").iterdir()) == []
-
-
-def test_a_run_goes_on_where_it_was_cut_off(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    whole = taken(folder, tmp_path / "whole")
+    assert list((tmp_path / "first" / ".casa" / "staging").iterdir()) == []
     calls: list[int] = []
 
     @wraps(tile)  # what is kept has a key of the code of `tile`, whichever function counts its calls
@@ -114,23 +110,19 @@ def test_a_run_goes_on_where_it_was_cut_off(folder: Path, tmp_path: Path, monkey
     assert not (tmp_path / "lib" / "textures").exists()
     resumed = taken(folder, tmp_path / "lib")
     assert len(calls) == 3  # one before the cut, one cut off, one after: the first was kept
-    assert file_digests(resumed.folder) == file_digests(whole.folder)
+    assert file_digests(resumed.folder) == file_digests(first.folder)
 
 
-def bomb() -> bytes:
-    """A picture of 60000 x 60000 pixels in a few bytes, which is refused by its header."""
-    data = bytearray(encoded(pixels()))
-    data[16:24] = (60000).to_bytes(4, "big") * 2
-    data[29:33] = zlib.crc32(bytes(data[12:29])).to_bytes(4, "big")
-    return bytes(data)
-
-
+# A picture of 60000 x 60000 pixels in a few bytes, which is refused by its header.
+BOMB = bytearray(encoded(pixels()))
+BOMB[16:24] = (60000).to_bytes(4, "big") * 2
+BOMB[29:33] = zlib.crc32(bytes(BOMB[12:29])).to_bytes(4, "big")
 # Files by the names of why they are refused.
 BAD = {
     "not_a_picture.png": b"GIF89a not a picture at all",
     "broken.png": encoded(pixels())[:4000],
     "too_large.png": encoded(np.zeros((1, 9000, 3), np.uint8)),
-    "too_large.bomb.png": bomb(),
+    "too_large.bomb.png": bytes(BOMB),
     "too_small.png": encoded(pixels(1, 511, 600)),
     "too_long.png": encoded(pixels(1, 1100, 540)),
     "transparent.png": encoded(np.dstack([pixels(), np.full((520, 520), 128, np.uint8)])),
@@ -161,7 +153,7 @@ def test_duplicates_are_named(folder: Path, tmp_path: Path) -> None:
     assert pack.alike[0].distance < 0.3
 
 
-def test_the_manifest_is_kept(folder: Path, tmp_path: Path) -> None:
+def test_the_manifest_is_kept_also_one_of_json_and_a_prompt_inside_a_file(folder: Path, tmp_path: Path) -> None:
     (folder / "pack.yaml").write_text(
         "defaults: {surface: floor, tile_m: [2, 2], licence: CC-BY-4.0, generator: painter 3}\n"
         "pictures:\n"
@@ -177,6 +169,14 @@ def test_the_manifest_is_kept(folder: Path, tmp_path: Path) -> None:
     assert (ember.prompt, ember.author) == ("embers", "A. Maker")
     assert [(r.source, r.code) for r in pack.refused] == [("lost.png", PictureRejection.MISSING.value)]
     assert pack.ignored == ("readme.md",)
+    (folder / "pack.yaml").unlink()
+    (folder / "pack.json").write_text(json.dumps({"pack": "from json", "pictures": {"grey.png": {"author": "me"}}}))
+    notes = PngImagePlugin.PngInfo()
+    notes.add_text("parameters", "grey stone,  seamless")
+    Image.fromarray(pixels(9, color=(110, 115, 120))).save(folder / "grey.png", pnginfo=notes)
+    pack = ingest_pack(folder, PackOptions(library=tmp_path / "lib", flags=FLAGS)).pack
+    grey = next(p for p in pack.pictures if p.source == "grey.png")
+    assert (pack.id, grey.prompt, grey.author) == ("from_json", "grey stone, seamless", "me")
 
 
 def test_what_nobody_says_is_asked_for_and_flags_stand_between_rows_and_defaults(folder: Path, tmp_path: Path) -> None:
@@ -199,17 +199,6 @@ def test_a_wrong_row_costs_its_picture_and_a_wrong_manifest_is_said_with_its_lin
         (folder / "pack.yaml").write_text(f"# pack\n{text}\n")
         with pytest.raises(RegistryError, match=r"pack.yaml:[1-3]"):
             taken(folder, tmp_path / "lib")
-
-
-def test_json_manifest_and_prompt_inside_the_file(folder: Path, tmp_path: Path) -> None:
-    notes = PngImagePlugin.PngInfo()
-    notes.add_text("parameters", "grey stone,  seamless")
-    Image.fromarray(pixels(9, color=(110, 115, 120))).save(folder / "grey.png", pnginfo=notes)
-    (folder / "pack.json").write_text(json.dumps({"pack": "from json", "pictures": {"grey.png": {"author": "me"}}}))
-    report = ingest_pack(folder, PackOptions(library=tmp_path / "lib", flags=FLAGS))
-    assert report.pack.id == "from_json"
-    grey = next(p for p in report.pack.pictures if p.source == "grey.png")
-    assert (grey.prompt, grey.author) == ("grey stone, seamless", "me")
 
 
 def test_a_folder_that_is_not_there_a_file_and_an_empty_folder(tmp_path: Path) -> None:
@@ -285,12 +274,9 @@ def test_any_cut_of_a_file_is_refused_and_raises_nothing_else() -> None:
     assert [decode(whole).pixels.shape for whole in kinds] == [(520, 520, 3)] * 3
 
 
-def grey(value: float) -> bytes:
-    return encoded(np.full((512, 512), round(value * 255), np.uint8))
-
-
 NORMALS = normals(relief() * 0.004, (1.0, 1.0))
-MAPS = {"height__png": grey(0.5), "normal__png": encoded(NORMALS), "roughness__png": grey(0.3)}
+GREY, DARK = (encoded(np.full((512, 512), level, np.uint8)) for level in (128, 76))
+MAPS = {"height__png": GREY, "normal__png": encoded(NORMALS), "roughness__png": DARK}
 
 
 def material(folder: Path, **maps: bytes) -> Path:
