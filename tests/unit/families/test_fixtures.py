@@ -81,8 +81,8 @@ def test_pulls_of_deep_drawer_fronts_are_high_and_rings_of_upper_doors_clear_of_
         for asset, link in ((stack, "drawer0"), (island, "c0_drawer0")):
             assert height_of(asset, link, f"{link}_handle") > 0.33
     params = WallCabinet(look=CabinetLook(front=FrontKind.RAISED, handle=HandleKind.RING))
-    link = made("wall_cabinet", params).link("door")
-    assert min(float(c.pose.position[2]) for c in link.colliders if "handle" in c.name) >= 0.05
+    door = made("wall_cabinet", params).link("door")
+    assert min(float(c.pose.position[2]) for c in door.colliders if "handle" in c.name) >= 0.05
 
 
 def test_fronts_fill_their_size_and_are_closed() -> None:

@@ -12,7 +12,6 @@ import numpy.typing as npt
 import pytest
 from pydantic import ValidationError
 
-from casa_assets.asset.family import Params
 from casa_assets.asset.sweep import straight_moulding
 from casa_assets.kitchenware.fixtures.room import (
     DENSITY,
@@ -264,7 +263,7 @@ def opened(
     return {**WALL, "openings": (*others, hole), **more}
 
 
-REFUSED: list[tuple[str, Sequence[type[Params]], dict[str, Any]]] = [
+REFUSED: list[tuple[str, list[Any], dict[str, Any]]] = [
     ("out of the wall at its right", [Wall], opened(3.5, 0.0, 0.8, 2.0)),
     ("out of the wall at its top", [Wall], opened(1.0, 1.0, 0.8, 2.0)),
     ("openings 0 and 1 overlap", [Wall], opened(1.5, 1.2, 1.0, 0.5, BAY)),
