@@ -42,10 +42,10 @@ def box_mesh(size: Vec3, center: Vec3, shared: bool = False) -> Mesh:
     for x, y in ((1, 0), (0, 1), (-1, 0), (0, -1)):
         sides[(x, y, 0)] = ((-y, x, 0), (0, 0, 1))
     uv = np.array([(0, 0), (1, 0), (1, 1), (0, 1)])
-    corners = [normal + (2 * uv - 1) @ np.array(axes) for normal, axes in sides.items()]
+    points = [normal + (2 * uv - 1) @ np.array(axes) for normal, axes in sides.items()]
     faces = [f for a in range(0, 24, 4) for f in ((a, a + 1, a + 2), (a, a + 2, a + 3))]
     normals = np.repeat(list(sides), 4, axis=0)
-    vertices = np.concatenate(corners) / 2 * size + center
+    vertices = np.concatenate(points) / 2 * size + center
     return Mesh(vertices=vertices, faces=np.array(faces), uv=np.tile(uv, (6, 1)), normals=normals)
 
 
