@@ -36,8 +36,6 @@ from tests.support.mesh.meshes import some
 quick = settings(max_examples=25, database=None, suppress_health_check=[HealthCheck.too_slow])
 seeds = st.integers(0, 10**6)
 lengths = st.floats(1e-3, 10.0)
-
-
 quaternions = st.tuples(*[st.floats(-1, 1)] * 4).filter(lambda q: bool(np.linalg.norm(q) > 1e-3))
 poses = st.builds(Pose, position=st.tuples(*[st.floats(-10, 10)] * 3), quaternion=quaternions)
 

@@ -7,12 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 import trimesh
 from lxml import etree
 from scipy.spatial import cKDTree
 
-from casa_assets.core.numeric import srgb_from_linear
+from casa_assets.core.numeric import Floats, srgb_from_linear
 from casa_assets.formats.read import load
 from casa_assets.formats.read.ply import read_header, read_tables
 from casa_assets.ingest.sources.discover import collect, discover
@@ -21,8 +20,6 @@ from casa_assets.mesh.trimesh_exchange import placed_meshes
 from casa_assets.model import rejection_codes
 from casa_assets.model.asset.material import Material
 from casa_assets.model.source import RawModel
-
-Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

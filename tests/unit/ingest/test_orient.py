@@ -8,10 +8,10 @@ from __future__ import annotations
 from itertools import product
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 from scipy.spatial.transform import Rotation
 
+from casa_assets.core.numeric import Floats
 from casa_assets.errors import Rejected
 from casa_assets.ingest.draft import Draft
 from casa_assets.ingest.orient import orient
@@ -73,8 +73,6 @@ def test_the_origin_tells_which_end_of_a_symmetric_body_is_its_foot(subtests: py
             assert up_axis(out) == axis
             assert out.surface.vertices[:, 2].min() == pytest.approx(0, abs=1e-9)
 
-
-Floats = npt.NDArray[np.float64]
 
 CUP = THINGS["mug"]
 # Its rim is far wider than its foot.

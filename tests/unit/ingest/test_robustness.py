@@ -67,7 +67,7 @@ BUILT = {
 
 def test_is_rejected_with_a_code(subtests: pytest.Subtests) -> None:
     for name, (mesh, wanted) in REFUSED.items():
-        with subtests.test(name=name), pytest.raises(Rejected, match="|".join(wanted)):
+        with subtests.test(name=name), pytest.raises(Rejected, match=f"^({'|'.join(wanted)}): "):
             built(raw(mesh), "mug")
         assert wanted <= registry.load().rejections.keys()
 

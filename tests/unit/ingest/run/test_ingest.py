@@ -103,7 +103,8 @@ def test_an_accepted_asset_is_kept_where_the_new_result_is_worse(copy: Path, mon
     monkeypatch.setattr(WorkerAnswers, "outcomes", reject)
     (event,) = run(copy / "in", library)
     assert (event.kind, event.decision) == ("kept", Decision.ACCEPTED)
-    assert "is accepted, the new result was rejected (FLT005); --force replaces it" in event.reason_kept
+    said = f"{event.asset_id} is accepted, the new result was rejected (FLT005); --force replaces it"
+    assert event.reason_kept == said
     assert event.folder == library / CARTON
     with pytest.raises(typer.Exit) as ended:
         end_inputs([event], ["carton"])
