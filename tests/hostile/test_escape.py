@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 
@@ -16,8 +16,7 @@ from tests.support.library.libraries import casa, tree
 pytestmark = pytest.mark.slow
 
 
-@dataclass(frozen=True)
-class EscapeRun:
+class EscapeRun(NamedTuple):
     """One run over all inputs of `exfiltration_inputs`, and what was seen to be touched."""
 
     said: dict[str, Said]
@@ -80,7 +79,7 @@ def test_no_secret_is_in_the_library(escape_run: EscapeRun) -> None:
     assert "textures" not in pictures, "all pictures of these inputs lie outside"
 
 
-def test_every_input_has_its_verdict(escape_run: EscapeRun) -> None:
+def test_every_input_has_its_verdict_and_what_was_not_followed_is_told(escape_run: EscapeRun) -> None:
     assert not [one for one in escape_run.said.values() if one.code.startswith("RUN00") and one.code != "RUN006"]
     refused = {path: one.code for path, one in escape_run.said.items() if not one.accepted}
     for number in range(17):
@@ -93,15 +92,9 @@ def test_every_input_has_its_verdict(escape_run: EscapeRun) -> None:
     assert refused["slip.zip:SRC016"] == "SRC016", "and where it is named itself"
     taken = {path for path, one in escape_run.said.items() if one.accepted}
     assert {"libraries.obj", "pictures.obj", "images.gltf", "stylesheet.dae", "include.dae", "picture.ply"} <= taken
-
-
-def test_what_was_not_followed_is_told(escape_run: EscapeRun) -> None:
     for name in ("libraries.obj", "pictures.obj", "images.gltf", "picture.ply", "stylesheet.dae"):
         assert {"SRC041", "SRC046"} & set(escape_run.said[name].warnings), name
     assert "SRC055" in escape_run.said["libraries.obj"].warnings
-
-
-def test_bad_rows_of_the_manifest_are_refused(escape_run: EscapeRun) -> None:
     codes = sorted(one.code for one in escape_run.said.values() if one.path == "manifest.jsonl")
     assert set(codes) <= {"MAN003", "SRC016", "SRC018", "SRC017", "SRC020"}
     assert {"MAN003", "SRC016", "SRC018"} <= set(codes)

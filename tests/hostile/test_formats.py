@@ -50,14 +50,6 @@ class Hostile:
 Row = Hostile | tuple[Any, ...]
 
 
-def hostile_inputs() -> list[Hostile]:
-    """All of them, by name."""
-    rows = [*_usd(), *_usdz(), *_fbx(), *_x3d(), *_wrl(), *_max3ds(), *_gltf(), *_zip(), *_tar()]
-    found = [row if isinstance(row, Hostile) else Hostile(row[0], row[1], row[2:]) for row in rows]
-    assert len({one.name for one in found}) == len(found)
-    return found
-
-
 def _usda(head: str = "", old: str = "", new: str = "") -> bytes:
     text = made.usda(head=head)
     assert old in text
@@ -73,8 +65,7 @@ def _usd() -> Iterator[Row]:
     yield "usd_noise.usdc", b"PXR-USDC" + np.random.default_rng(1).bytes(4000), *broken
     yield "usd_lies_about_its_table.usdc", crate[:16] + struct.pack("<q", 2**62) + crate[24:], *broken
     yield "usd_cut.usda", made.usda().encode()[:900], *broken
-    cycle = _usda("references = @usd_of_itself.usda@</thing>")
-    yield "usd_of_itself.usda", cycle, SOUND, *broken, codes.NO_GEOMETRY
+    yield "usd_of_itself.usda", _usda("references = @usd_of_itself.usda@</thing>"), SOUND, *broken, codes.NO_GEOMETRY
     yield "usd_refers_to_the_machine.usda", _usda(f"references = @{OUTSIDE}@"), codes.PATH_TRAVERSAL
     yield "usd_refers_up.usda", _usda(f"payload = @{'../' * 20}etc/passwd@"), codes.PATH_TRAVERSAL
     yield "usd_refers_to_the_network.usda", _usda("references = @http://127.0.0.1:9/x.usda@"), codes.NETWORK_URI
@@ -124,8 +115,7 @@ def _usdz() -> Iterator[Row]:
                   (codes.MISSING_FILE, codes.PATH_TRAVERSAL), {"box.usda": made.usda().encode()})  # fmt: skip
     small = made.zipped(**{"a.usda": b"\0" * 1000})
     at = small.index(b"PK\x01\x02") + 24
-    claims = small[:at] + struct.pack("<I", 2**31) + small[at + 4 :]
-    yield "usdz_claims_gigabytes.usdz", claims, codes.TOO_LARGE
+    yield "usdz_claims_gigabytes.usdz", small[:at] + struct.pack("<I", 2**31) + small[at + 4 :], codes.TOO_LARGE
     yield "usdz_cut.usdz", made.usdz()[:-30], codes.WRONG_TYPE, codes.BAD_ARCHIVE
     yield "usdz_of_a_program.usdz", made.zipped(**{"a.usda": b"#!/bin/sh\n"}), codes.SCENE_UNREADABLE
 
@@ -146,12 +136,10 @@ def _fbx() -> Iterator[Row]:
     assert corners.search(text)
     written = corners.sub(b"PolygonVertexIndex: *0 { a: }", text)
     yield "fbx_points_alone.fbx", written, *broken, codes.NO_FACES, codes.NO_GEOMETRY
-    points = ",".join("nan" for _ in made.BOX.vertices.ravel())
-    yield "fbx_nan.fbx", made.fbx(points=points), *broken, codes.NON_FINITE
+    yield "fbx_nan.fbx", made.fbx(points=",".join("nan" for _ in made.BOX.vertices.ravel())), *broken, codes.NON_FINITE
     yield "fbx_of_itself.fbx", text.replace(b'C: "OO",11,0', b'C: "OO",11,11'), SOUND, *broken, codes.NO_GEOMETRY
     yield "fbx_nested_deep.fbx", b"; FBX 7.4.0 project file\n" + b"A: { " * 50_000, *broken
-    picture = text.replace(b'"a.png"', f'"../../../../../../..{OUTSIDE}"'.encode())
-    yield "fbx_picture_of_the_machine.fbx", picture, SOUND
+    yield "fbx_picture_of_the_machine.fbx", text.replace(b'"a.png"', f'"../../../../../../..{OUTSIDE}"'.encode()), SOUND
 
 
 def _x3d() -> Iterator[Row]:
@@ -160,10 +148,8 @@ def _x3d() -> Iterator[Row]:
     laughs = "".join(f'<!ENTITY a{n + 1} "{f"&a{n};" * 10}">' for n in range(12))
     bomb = text.replace(doctype, f'<!DOCTYPE X3D [<!ENTITY a0 "ha">{laughs}]>').replace("<head>", "<head>&a12;")
     yield "x3d_billion_laughs.x3d", bomb.encode(), codes.XML_ENTITY
-    file = text.replace(doctype, f'<!DOCTYPE X3D [<!ENTITY x SYSTEM "file://{OUTSIDE}">]>').replace(
-        "<head>", "<head>&x;"
-    )
-    yield "x3d_file_as_entity.x3d", file.encode(), codes.XML_ENTITY
+    file = text.replace(doctype, f'<!DOCTYPE X3D [<!ENTITY x SYSTEM "file://{OUTSIDE}">]>')
+    yield "x3d_file_as_entity.x3d", file.replace("<head>", "<head>&x;").encode(), codes.XML_ENTITY
     written = text.replace("<Scene>", "<Scene>" + "<Group>" * 2000).encode()
     yield "x3d_nested_deep.x3d", written, codes.XML_DEPTH, codes.BAD_XML, codes.SCENE_UNREADABLE
     yield "x3d_cut.x3d", text[:-80].encode(), codes.TRUNCATED
@@ -181,10 +167,8 @@ def _x3d() -> Iterator[Row]:
     yield "x3d_broken_strips.x3d", made.x3d(strips).encode(), codes.NO_FACES, codes.NO_GEOMETRY
     inline = f'<Inline url=\'"http://127.0.0.1:9/x.x3d" "{OUTSIDE}"\'/>'
     yield "x3d_brings_in_others.x3d", made.x3d(inline).encode(), codes.NO_GEOMETRY
-    script = text.replace(
-        "<Scene>", "<Scene><Script><![CDATA[ecmascript: function initialize() { open('x'); }]]></Script>"
-    )
-    yield "x3d_with_a_script.x3d", script.encode(), SOUND
+    script = "<Scene><Script><![CDATA[ecmascript: function initialize() { open('x'); }]]></Script>"
+    yield "x3d_with_a_script.x3d", text.replace("<Scene>", script).encode(), SOUND
 
 
 def _wrl() -> Iterator[Row]:
@@ -194,8 +178,7 @@ def _wrl() -> Iterator[Row]:
     doubled = "".join(f"DEF g{n + 1} Group {{ children [ USE g{n} USE g{n} ] }}\n" for n in range(40))
     written = f"{text}DEF g0 Group {{ children USE thing }}\n{doubled}".encode()
     yield "wrl_used_by_the_billion.wrl", written, codes.BAD_SCENE_GRAPH
-    own = text.replace("children [", "children [ USE place ", 1)
-    yield "wrl_of_itself.wrl", own.encode(), codes.BAD_SCENE_GRAPH
+    yield "wrl_of_itself.wrl", text.replace("children [", "children [ USE place ", 1).encode(), codes.BAD_SCENE_GRAPH
     yield "wrl_of_1995.wrl", b"#VRML V1.0 ascii\nSeparator { Cube { } }", codes.UNSUPPORTED_VERSION
     yield "wrl_brackets.wrl", b"#VRML V2.0 utf8\n" + b"[{" * 50_000, codes.TRUNCATED, codes.NO_GEOMETRY
     yield "wrl_of_one_word.wrl", b"#VRML V2.0 utf8\n" + b"x" * 3_000_000, codes.TRUNCATED, codes.NO_GEOMETRY
@@ -207,8 +190,7 @@ def _max3ds() -> Iterator[Row]:
     yield "3ds_long_chunk.3ds", data[:8] + struct.pack("<I", 2**31) + data[12:], codes.LENGTH_MISMATCH
     yield "3ds_empty_chunk.3ds", made.chunk(0x4D4D, made.chunk(0x3D3D, b"\0" * 60)), codes.LENGTH_MISMATCH
     yield "3ds_lies_about_counts.3ds", made.max3ds(65535), codes.LENGTH_MISMATCH
-    few = made.max3ds(0)
-    yield "3ds_no_such_points.3ds", few, codes.OUT_OF_BOUNDS
+    yield "3ds_no_such_points.3ds", made.max3ds(0), codes.OUT_OF_BOUNDS
     many = made.chunk(0x4D4D, made.chunk(0x3D3D, made.chunk(0x4000, b"a\0") * 150_000))
     yield "3ds_endless_chunks.3ds", many, codes.TOO_LARGE
 
@@ -218,8 +200,7 @@ def _gltf() -> Iterator[Row]:
     at = data.index(b"DRACO")
     written = data[: at + 12] + b"\xff" * 100 + data[at + 112 :]
     yield "draco_noise.glb", written, codes.TRUNCATED, codes.LENGTH_MISMATCH, codes.NO_FACES
-    count = data.replace(b'"count": 8', b'"count": 9', 1)
-    yield "draco_lies_about_counts.glb", count, codes.LENGTH_MISMATCH
+    yield "draco_lies_about_counts.glb", data.replace(b'"count": 8', b'"count": 9', 1), codes.LENGTH_MISMATCH
     for name, picture in (
         ("ktx2_of_a_terapixel.glb", UASTC[:20] + struct.pack("<II", 2**20, 2**20) + UASTC[28:]),
         ("ktx2_cut.glb", UASTC[:90]),
@@ -278,7 +259,9 @@ def _tar() -> Iterator[Row]:
     yield "tar_with_a_hole.tar", bytes(sparse) + b"\0" * 1024
 
 
-INPUTS = hostile_inputs()
+ROWS = [*_usd(), *_usdz(), *_fbx(), *_x3d(), *_wrl(), *_max3ds(), *_gltf(), *_zip(), *_tar()]
+INPUTS = [row if isinstance(row, Hostile) else Hostile(row[0], row[1], row[2:]) for row in ROWS]
+assert len({one.name for one in INPUTS}) == len(INPUTS)
 SECONDS = 10.0
 MEMORY_BYTES = 2_500_000_000
 
@@ -327,16 +310,13 @@ def test_many_of_them_in_one_run(tmp_path: Path, step: int) -> None:
     inputs = INPUTS[::step]
     for one in inputs:
         put(one, tmp_path / "in" / one.name.replace(".", "_"))
-    watch = Watch(tmp_path / "watch")
-    done = casa(
-        "ingest", tmp_path / "in", "--library", tmp_path / "library", "--json", "--memory", 2, **watch.environment
-    )
+    watch, library = Watch(tmp_path / "watch"), tmp_path / "library"
+    done = casa("ingest", tmp_path / "in", "--library", library, "--json", "--memory", 2, **watch.environment)
     assert done.returncode == 1, done.stderr[-2000:]
     said = [Said.of(row) for row in input_rows(done.stdout)]
     assert not [one for one in said if one.code in ("RUN001", "RUN002", "RUN003", "RUN004")]
-    told = {one.path.split("!")[0].rpartition("/")[2] for one in said}
-    assert told >= {one.name for one in inputs if one.wanted}
-    assert watch.escapes([tmp_path / "in"], [tmp_path / "library"]) == []
+    assert {one.path.split("!")[0].rpartition("/")[2] for one in said} >= {one.name for one in inputs if one.wanted}
+    assert watch.escapes([tmp_path / "in"], [library]) == []
 
 
 def test_sound_files_are_sound(tmp_path: Path) -> None:

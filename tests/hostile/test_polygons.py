@@ -28,8 +28,7 @@ from pathlib import Path
 from casa_assets import registry
 from casa_assets.ingest.clean import clean
 from casa_assets.formats.read import load
-from casa_assets.ingest.sources.discover import collect
-from casa_assets.ingest.sources.discover import discover
+from casa_assets.ingest.sources.discover import collect, discover
 
 now = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
 most = now + int(sys.argv[2])
@@ -98,15 +97,11 @@ def test_a_polygon_of_many_corners_takes_little_memory(tmp_path: Path, suffix: s
 
 @pytest.mark.parametrize("suffix", FORMATS)
 def test_triangles_are_counted_before_they_are_made(suffix: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    def never(points: object) -> object:
-        raise MemoryError("triangles were made")
-
     for module in (obj_reader, raw_parts):
-        monkeypatch.setattr(module, "triangulate", never)
+        monkeypatch.setattr(module, "triangulate", None)  # whoever calls it fails
     name = f"a.{suffix}"
-    with pytest.raises(Rejected, match="999 triangles, more than 500") as error:
+    with pytest.raises(Rejected, match=f"{rejection_codes.TOO_LARGE}: .*999 triangles, more than 500"):
         load(Bundle(main=name, files={name: FORMATS[suffix](1000)}), {**LIMITS, "input_faces": 500.0})
-    assert error.value.code == rejection_codes.TOO_LARGE
 
 
 def test_near_points_are_the_same_as_by_comparing_all() -> None:

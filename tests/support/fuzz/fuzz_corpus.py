@@ -9,18 +9,18 @@ import numpy as np
 
 from tests.support.hostile.exfiltration_inputs import dae_of_box
 from tests.support.mesh import format_files
+from tests.support.mesh.format_files import BOX as SHARED
 from tests.support.mesh.mesh_files import QUARTERS, Gltf, png
-from tests.support.mesh.meshes import box_mesh
+from tests.support.mesh.meshes import box_mesh, some
 
 BOX = box_mesh((0.08, 0.1, 0.06), (0.0, 0.05, 0.0))
-SHARED = box_mesh((0.08, 0.1, 0.06), (0.0, 0.05, 0.0), shared=True)
 Files = dict[str, bytes]
 
 
 def specimens() -> dict[str, Files]:
     """Name -> files of one input, its main file first."""
     return {
-        "glb_plain": {"a.glb": _glb()},
+        "glb_plain": {"a.glb": Gltf(SHARED.vertices.tolist(), SHARED.faces.ravel().tolist()).glb()},
         "glb_rich": {"a.glb": _rich_glb()},
         "obj": {"a.obj": _obj(), "a.mtl": b"newmtl m\nKd 0.5 0.2 0.1\nd 0.9\nmap_Kd a.png\n", "a.png": png(QUARTERS)},
         "ply_text": {"a.ply": _ply("ascii")},
@@ -50,39 +50,24 @@ def packed_specimens() -> dict[str, Files]:
     }
 
 
-def _glb() -> bytes:
-    return Gltf(SHARED.vertices.tolist(), SHARED.faces.ravel().tolist()).glb()
-
-
 def _rich_glb() -> bytes:
     """Uv, normals, colours, a picture, a skin, a sparse accessor, two nodes."""
-    assert BOX.uv is not None
-    assert BOX.normals is not None
     thing = Gltf(BOX.vertices.tolist(), BOX.faces.ravel().tolist())
     count = len(BOX.vertices)
-    thing.attributes["TEXCOORD_0"] = thing.add(BOX.uv.astype("<f4"), "VEC2")
-    thing.attributes["NORMAL"] = thing.add(BOX.normals.astype("<f4"), "VEC3")
+    thing.attributes["TEXCOORD_0"] = thing.add(some(BOX.uv).astype("<f4"), "VEC2")
+    thing.attributes["NORMAL"] = thing.add(some(BOX.normals).astype("<f4"), "VEC3")
     thing.attributes["COLOR_0"] = thing.add(np.full((count, 4), 200, dtype="u1"), "VEC4", normalized=True)
     thing.attributes["JOINTS_0"] = thing.add(np.zeros((count, 4), dtype="u1"), "VEC4")
     thing.attributes["WEIGHTS_0"] = thing.add(np.tile(np.array([1, 0, 0, 0], dtype="<f4"), (count, 1)), "VEC4")
-    places, values = (
-        thing.view(np.array([0, 3], dtype="<u2").tobytes()),
-        thing.view(BOX.vertices[[0, 3]].astype("<f4").tobytes()),
-    )
-    thing.accessors[0]["sparse"] = {
-        "count": 2,
-        "indices": {"bufferView": places, "componentType": 5123},
-        "values": {"bufferView": values},
-    }
+    places = {"bufferView": thing.view(np.array([0, 3], dtype="<u2").tobytes()), "componentType": 5123}
+    values = {"bufferView": thing.view(BOX.vertices[[0, 3]].astype("<f4").tobytes())}
+    thing.accessors[0]["sparse"] = {"count": 2, "indices": places, "values": values}
     thing.paint(png(QUARTERS))
     bones = thing.add(np.eye(4, dtype="<f4").reshape(1, 16), "MAT4")
     thing.document["skins"] = [{"joints": [1], "inverseBindMatrices": bones}]
     thing.node["skin"] = 0
-    thing.document["nodes"] = [
-        thing.node,
-        {"name": "bone", "translation": [0, 0.01, 0]},
-        {"children": [0], "scale": [1, 1, 2]},
-    ]
+    bone = {"name": "bone", "translation": [0, 0.01, 0]}
+    thing.document["nodes"] = [thing.node, bone, {"children": [0], "scale": [1, 1, 2]}]
     thing.document["scenes"] = [{"nodes": [2, 1]}]
     thing.document["animations"] = [{"channels": [], "samplers": []}]
     return thing.glb()

@@ -18,36 +18,32 @@ NUMBERS = ("0", "-0", "-1", "1", "1e999", "-1e999", "1e-320", "nan", "inf", "999
            "0x10", "1,5", "1.2.3", "", "+", "--1", "4294967296", "-2147483649", "1e5", "0.000000001")  # fmt: skip
 WORDS: Mapping[str, tuple[bytes, ...]] = {
     "obj": (b"mtllib ../../x.mtl", b"mtllib /dev/zero", b"usemtl \x00", b"call x", b"f 1//1 2//2", b"f -1 -2 -3", b"o ",
-            b"f 1/1/1 2/2/2 3/3/3 4/4/4", b"vp 1 2", b"g a b c", b"\\\n", b"v 1 2 3 4 5 6 7 8", b"l 1 2", b"s off",
-            b"curv 0 1 1 2", b"f 1 1 1", b"vt 0", b"\xff\xfe", b"# " + b"x" * 5000),
+        b"f 1/1/1 2/2/2 3/3/3 4/4/4", b"vp 1 2", b"g a b c", b"\\\n", b"v 1 2 3 4 5 6 7 8", b"l 1 2", b"s off",
+        b"curv 0 1 1 2", b"f 1 1 1", b"vt 0", b"\xff\xfe", b"# " + b"x" * 5000),
     "mtl": (b"newmtl ", b"map_Kd -s 1 1 1 x.png", b"map_Kd /dev/zero", b"d nan", b"Kd 1e999 -1 x", b"map_Kd -o"),
     "ply": (b"element vertex 4294967295", b"element face -1", b"property list uchar int vertex_indices", b"end_header",
-            b"property float x", b"format binary_big_endian 1.0", b"format ascii 1.0", b"comment TextureFile ../x.png",
-            b"property list double double q", b"element x 99999999999999999999"),
+        b"property float x", b"format binary_big_endian 1.0", b"format ascii 1.0", b"comment TextureFile ../x.png",
+        b"property list double double q", b"element x 99999999999999999999"),
     "stl": (b"solid", b"endsolid", b"facet normal nan 0 0", b"vertex 1 2", b"vertex 1e999 0 0", b"outer loop"),
     "dae": (b"<!DOCTYPE x [<!ENTITY a 'b'>]>", b"&a;", b"<p>", b"</p>", b"<node>" * 600, b"<![CDATA[", b"\x00",
-            b'<input semantic="VERTEX" source="#v" offset="99999999"/>', b'url="#s"', b'count="-1"', b'stride="0"',
-            b"<xi:include/>", b'encoding="utf-7"', b"<polylist>", b"<vcount>99999999 3</vcount>", b'offset="0"'),
+        b'<input semantic="VERTEX" source="#v" offset="99999999"/>', b'url="#s"', b'count="-1"', b'stride="0"',
+        b"<xi:include/>", b'encoding="utf-7"', b"<polylist>", b"<vcount>99999999 3</vcount>", b'offset="0"'),
     "glb": (b"glTF", b"JSON", b"BIN\0", b"\x00\x00\x00\x00", b'"uri":"../x"', b'"uri":"data:,"', b"[[[[[[[["),
     "usda": (b"references = @/etc/passwd@", b"(references = </thing>)", b"@../../x.usda@",
-             b"payload = @http://x/y.usda@",
-             b"def Mesh \"box\" {", b"int[] holeIndices = [0, 99]", b"subLayers = [@a.usda@]", b"clips = {",
-             b"None", b"inf",
-             b"variantSet \"v\" = {", b"instanceable = true", b"[]", b"(((((", b"inherits = </thing/box>", b"}", b"{"),
+        b"payload = @http://x/y.usda@", b"def Mesh \"box\" {", b"int[] holeIndices = [0, 99]",
+        b"subLayers = [@a.usda@]", b"clips = {", b"None", b"inf", b"variantSet \"v\" = {", b"instanceable = true",
+        b"[]", b"(((((", b"inherits = </thing/box>", b"}", b"{"),
     "usdc": (b"PXR-USDC", b"\xff" * 8, b"\x00" * 8, b"TOKENS\0", b"SPECS\0"),
-    "fbx": (b"Objects:  {", b"}", b"a: 0,1,-3", b'C: "OO",11,11', b'C: "OO",10,10', b'C: "OO",0,11',
-             b"*4294967295 {", b"\"\"",
-            b"PolygonVertexIndex: *3 { a: 0,1,99 }", b'Content: , "////"', b'RelativeFilename: "../../x.png"', b"\x00"),
+    "fbx": (b"Objects:  {", b"}", b"a: 0,1,-3", b'C: "OO",11,11', b'C: "OO",10,10', b'C: "OO",0,11', b"*4294967295 {",
+        b"\"\"", b"PolygonVertexIndex: *3 { a: 0,1,99 }", b'Content: , "////"', b'RelativeFilename: "../../x.png"',
+        b"\x00"),
     "x3d": (b"<!DOCTYPE x [<!ENTITY a 'b'>]>", b"&a;", b"<Transform USE='place'/>", b"<Shape USE='thing'/>",
-             b"<Group>" * 600,
-            b"coordIndex='0 1 2 99 -1'", b"<Inline url='\"http://x\"'/>", b"<Script>", b"</Shape>",
-             b"<Box size='nan 1 1'/>",
-            b"rotation='0 0 0 nan'", b"scale='0 0 0'", b"<LOD>", b"<Switch whichChoice='99'>",
-             b"<IndexedTriangleStripSet index='-1 0'/>"),
-    "wrl": (b"USE place", b"USE thing", b"DEF thing", b"children [" * 400, b"Transform { children [", b"]", b"}",
-             b"\"", b"NULL",
-            b"PROTO x [ ] { }", b"ROUTE a.b TO c.d", b"Script { url \"javascript: x\" }",
-             b"Inline { url \"http://x\" }", b"#"),
+        b"<Group>" * 600, b"coordIndex='0 1 2 99 -1'", b"<Inline url='\"http://x\"'/>", b"<Script>", b"</Shape>",
+        b"<Box size='nan 1 1'/>", b"rotation='0 0 0 nan'", b"scale='0 0 0'", b"<LOD>", b"<Switch whichChoice='99'>",
+        b"<IndexedTriangleStripSet index='-1 0'/>"),
+    "wrl": (b"USE place", b"USE thing", b"DEF thing", b"children [" * 400, b"Transform { children [", b"]", b"}", b"\"",
+        b"NULL", b"PROTO x [ ] { }", b"ROUTE a.b TO c.d", b"Script { url \"javascript: x\" }",
+        b"Inline { url \"http://x\" }", b"#"),
     "3ds": (b"\x4d\x4d\xff\xff\xff\xff", b"\x00\x41\x06\x00\x00\x00", b"\x10\x41\x08\x00\x00\x00\xff\xff", b"\x00" * 6),
     "zip": (b"PK\x01\x02", b"PK\x03\x04", b"PK\x05\x06", b"../", b"PK\x06\x07"),
     "blend": (b"ENDB", b"DNA1", b"\xff" * 8),
@@ -74,8 +70,7 @@ def mutate(data: bytes, suffix: str, rng: Random, others: tuple[bytes, ...] = ()
     is_text = suffix in ("obj", "mtl", "dae", "usda", "x3d", "wrl")
     is_text |= suffix in ("ply", "stl", "fbx") and b"\0" not in data
     for _ in range(rng.choice((1, 1, 1, 2, 2, 3, 5, 8))):
-        kinds = (*_BYTES, *(_TEXT * 2 if is_text else ()))
-        rng.choice(kinds)(out, suffix, rng)
+        rng.choice((*_BYTES, *(_TEXT * 2 if is_text else ())))(out, suffix, rng)
         if others and rng.random() < 0.05:
             _splice(out, rng.choice(others), rng)
     return bytes(out)

@@ -33,6 +33,7 @@ from casa_assets.runs.outcome import Outcome, RunAborted
 from casa_assets.runs.pool import Pool
 from tests.support.fuzz.fuzz_corpus import Files, packed_specimens, specimens
 from tests.support.fuzz.fuzz_mutations import mutate
+from tests.support.mesh.meshes import some
 
 SLOW_S = 10.0  # processor seconds that reading a file of a few kilobytes may take
 LARGE_BYTES = 1_000_000_000
@@ -41,11 +42,7 @@ _WRITES = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
 
 @dataclass(frozen=True)
 class Finding:
-    """Something that should not be.
-
-    `number`: of the case; with the seed of the run it makes the same files again. `kind`: error, slow, large, escape,
-    crash, hang or memory. `message`: what happened, with its trace.
-    """
+    """Something that should not be: the case, which makes its files again with the seed; of what kind; its trace."""
 
     number: int
     kind: str
@@ -72,12 +69,19 @@ class Plan:
 
 
 @dataclass
-class Tally:
-    """What became of a batch: verdicts, findings, and the cases that were read and make a mesh."""
+class Result:
+    """What came of a batch or a run.
 
+    `cases`: how many were read. `wholes`: how many went through everything. `verdicts`, `findings`: of both. `sound`:
+    the cases of a batch that were read and make a mesh. `peak_bytes`: our own memory.
+    """
+
+    cases: int = 0
+    wholes: int = 0
     verdicts: Counter[str] = field(default_factory=Counter)
     findings: list[Finding] = field(default_factory=list)
     sound: list[int] = field(default_factory=list)
+    peak_bytes: int = 0
 
 
 def warm() -> None:
@@ -107,13 +111,13 @@ def _stock(seeds: str) -> dict[str, Files]:
     return stock
 
 
-def read_batch(job: tuple[Plan, int, int]) -> Tally:
+def read_batch(job: tuple[Plan, int, int]) -> Result:
     """Find, collect, read and clean every case; the number of the one under way is on disk, for whoever survives us.
 
     The job is the plan, the number of the first case, and how many there are.
     """
     plan, first, count = job
-    tally, folder = Tally(), plan.folder / "work"
+    tally, folder = Result(), plan.folder / "work"
     _stock(plan.seeds)  # read before the watch begins
     escapes = _watch(folder)
     tempfile.tempdir = str(folder)
@@ -133,9 +137,8 @@ def read_batch(job: tuple[Plan, int, int]) -> Tally:
         if verdict == "sound":
             tally.sound.append(number)
         if spent > SLOW_S:
-            tally.findings.append(
-                Finding(number, "slow", f"{spent:.1f} s to read {sum(map(len, files.values()))} bytes")
-            )
+            told = f"{spent:.1f} s to read {sum(map(len, files.values()))} bytes"
+            tally.findings.append(Finding(number, "slow", told))
         if escapes:
             tally.findings.append(Finding(number, "escape", "\n".join(escapes)))
             escapes.clear()
@@ -204,32 +207,15 @@ def whole(job: tuple[Plan, int]) -> str:
     assert not isinstance(outcome, RunAborted), outcome.message
     assert isinstance(outcome, Outcome)
     if outcome.accepted:
-        assert outcome.staged is not None
-        entry = outcome.staged / "asset.json"
-        json.loads(entry.read_text(encoding="utf-8"), parse_constant=_no_constant)
+        json.dumps(json.loads((some(outcome.staged) / "asset.json").read_text(encoding="utf-8")), allow_nan=False)
     shutil.rmtree(library.root)
     return "accepted" if outcome.accepted else outcome.code
-
-
-def _no_constant(word: str) -> None:
-    raise ValueError(f"{word} was written")
 
 
 BATCH = 200
 READ_LIMITS = Limits(cpu_s=120, memory_bytes=2_000_000_000)
 WHOLE_LIMITS = Limits(cpu_s=300, memory_bytes=4_000_000_000)
 KINDS = {"timeout": "hang", "stuck": "hang", "memory": "memory", "signal": "crash", "killed": "crash", "error": "error"}
-
-
-@dataclass
-class Result:
-    """What came of it: cases read, cases that went through everything, verdicts of both, findings, our own memory."""
-
-    cases: int = 0
-    wholes: int = 0
-    verdicts: Counter[str] = field(default_factory=Counter)
-    findings: list[Finding] = field(default_factory=list)
-    peak_bytes: int = 0
 
 
 def fuzz(plan: Plan) -> Iterator[Result]:
@@ -253,12 +239,12 @@ def fuzz(plan: Plan) -> Iterator[Result]:
             yield result
 
 
-def _batch(pool: Pool, plan: Plan, first: int, count: int) -> Tally:
+def _batch(pool: Pool, plan: Plan, first: int, count: int) -> Result:
     """A batch; where its process died, the case that killed it is a finding and the rest goes on behind it."""
-    total = Tally()
+    total = Result()
     while count > 0:
         ((_, answer),) = pool.run("tests.support.fuzz.fuzz_run:read_batch", [(plan, first, count)])
-        if isinstance(answer, Tally):
+        if isinstance(answer, Result):
             total.verdicts.update(answer.verdicts)
             total.findings += answer.findings
             total.sound += answer.sound

@@ -9,8 +9,8 @@ import struct
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from casa_assets.core.system import cache_dir
 from tests.support.library.libraries import ROOT
@@ -67,12 +67,8 @@ _NETWORK = frozenset({"socket.connect", "socket.getaddrinfo", "socket.gethostbyn
 _STARTS = frozenset({"subprocess.Popen", "os.system", "os.exec", "os.posix_spawn", "os.spawn", "os.startfile"})
 
 
-@dataclass(frozen=True)
-class Event:
-    """Something that a process did.
-
-    `kind`: read, write, network or start. `target`: absolute path, address or command.
-    """
+class Event(NamedTuple):
+    """What a process did. `kind`: read, write, network or start. `target`: absolute path, address or command."""
 
     kind: str
     target: str
@@ -152,9 +148,8 @@ def _is_allowed(event: Event, readable: Sequence[str], writable: Sequence[str]) 
         return True
     if event.kind == "read" and real.startswith("/dev/dri"):
         return True  # what draws
-    return any(
-        real == place or real.startswith(f"{place}/") for place in (writable if event.kind == "write" else readable)
-    )
+    places = writable if event.kind == "write" else readable
+    return any(real == place or real.startswith(f"{place}/") for place in places)
 
 
 _IN_ACCESS, _IN_MODIFY, _IN_ATTRIB, _IN_OPEN, _IN_MOVES, _IN_CREATE, _IN_DELETE = 1, 2, 4, 0x20, 0xC0, 0x100, 0x200

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
-import socket
+import socketserver
 import threading
 import zipfile
 from collections.abc import Iterator
@@ -24,25 +24,18 @@ RED = np.full((8, 8, 3), (251, 3, 7), dtype=np.uint8)
 def listener() -> Iterator[tuple[int, list[str]]]:
     """A port of this machine, and what came there."""
     heard: list[str] = []
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        server.settimeout(0.2)
-        stop = threading.Event()
 
-        def serve() -> None:
-            while not stop.is_set():
-                try:
-                    caller, address = server.accept()
-                except TimeoutError:
-                    continue
-                heard.append(str(address))
-                caller.close()
+    class Caller(socketserver.BaseRequestHandler):
+        def handle(self) -> None:
+            heard.append(str(self.client_address))
 
-        thread = threading.Thread(target=serve)
+    with socketserver.TCPServer(("127.0.0.1", 0), Caller) as server:
+        thread = threading.Thread(target=server.serve_forever, args=(0.1,))
         thread.start()
         try:
-            yield server.getsockname()[1], heard
+            yield server.server_address[1], heard
         finally:
-            stop.set()
+            server.shutdown()
             thread.join()
 
 
@@ -107,6 +100,13 @@ def make_inputs(folder: Path, outside: Path, port: int) -> Path:
     return folder
 
 
+def _box(width: float) -> tuple[list[list[str]], list[list[str]]]:
+    """Points of a box and its triangles, counted from 0, as words."""
+    rows = [line.split() for line in box_obj((width, 0.1, 0.1)).splitlines()]
+    faces = [[str(int(v) - 1) for v in row[1:]] for row in rows if row[0] == "f"]
+    return [row[1:] for row in rows if row[0] == "v"], faces
+
+
 def _objs(folder: Path, outside: Path, port: int) -> None:
     lines = [f"mtllib {way}" for way in ways(outside, port, "secret.mtl")]
     lines += [f"call {outside}/secret.obj", f"csh touch {outside}/pwned", f"shadow_obj {outside}/secret.obj"]
@@ -140,9 +140,8 @@ def _gltfs(folder: Path, outside: Path, port: int) -> None:
 
 def _document() -> dict[str, object]:
     """A glTF of a box with its data inside."""
-    rows = [line.split() for line in box_obj((0.13, 0.1, 0.1)).splitlines()]
-    points = [[float(v) for v in row[1:]] for row in rows if row[0] == "v"]
-    thing = Gltf(points, [int(v) - 1 for row in rows if row[0] == "f" for v in row[1:]])
+    points, faces = _box(0.13)
+    thing = Gltf([[float(v) for v in point] for point in points], [int(v) for face in faces for v in face])
     thing.primitive["material"] = 0
     thing.attributes["TEXCOORD_0"] = thing.add(np.zeros((len(points), 2), dtype="<f4"), "VEC2")
     uri = "data:application/octet-stream;base64," + base64.b64encode(thing.binary).decode()
@@ -151,14 +150,16 @@ def _document() -> dict[str, object]:
 
 
 def _others(folder: Path, outside: Path, port: int) -> None:
-    dae = _dae(outside, port)
+    places = enumerate(ways(outside, port, "secret.png"))
+    dae = _collada("".join(f'<image id="i{n}"><init_from>{way}</init_from></image>' for n, way in places))
+    laughs = [f'<!ENTITY l{i + 1} "{f"&l{i};" * 10}">' for i in range(11)]
     text = f"{outside}/secret.txt"
     heads = {
         "entity_file": f'<!DOCTYPE c [<!ENTITY x SYSTEM "file://{text}">]>',
         "entity_parameter": f'<!DOCTYPE c [<!ENTITY % p SYSTEM "http://127.0.0.1:{port}/x.dtd"> %p;]>',
         "doctype_http": f'<!DOCTYPE c SYSTEM "http://127.0.0.1:{port}/x.dtd">',
         "doctype_file": f'<!DOCTYPE c SYSTEM "file://{text}">',
-        "laughs": "<!DOCTYPE c [" + "".join(_laughs()) + "]>",
+        "laughs": f'<!DOCTYPE c [<!ENTITY l0 "ha">{"".join(laughs)}<!ENTITY x "&l11;">]>',
         "stylesheet": f'<?xml-stylesheet href="http://127.0.0.1:{port}/x.xsl" type="text/xsl"?>',
     }
     for name, head in heads.items():
@@ -166,28 +167,12 @@ def _others(folder: Path, outside: Path, port: int) -> None:
         (folder / f"{name}.dae").write_text(f'<?xml version="1.0"?>\n{head}\n{body}', encoding="utf-8")
     include = f'<xi:include xmlns:xi="http://www.w3.org/2001/XInclude" href="file://{text}" parse="text"/>'
     (folder / "include.dae").write_text(dae.replace("TITLE", include), encoding="utf-8")
-    rows = [line.split() for line in box_obj((0.14, 0.1, 0.1)).splitlines()]
-    points = [" ".join(row[1:]) for row in rows if row[0] == "v"]
-    faces = ["3 " + " ".join(str(int(v) - 1) for v in row[1:]) for row in rows if row[0] == "f"]
+    points, faces = _box(0.14)
     head = ["ply", "format ascii 1.0", *(f"comment TextureFile {way}" for way in ways(outside, port, "secret.png"))]
     head += [f"element vertex {len(points)}", *(f"property float {axis}" for axis in "xyz")]
     head += [f"element face {len(faces)}", "property list uchar int vertex_indices", "end_header"]
-    (folder / "picture.ply").write_text("\n".join([*head, *points, *faces]) + "\n", encoding="utf-8")
-
-
-def _laughs() -> Iterator[str]:
-    yield '<!ENTITY l0 "ha">'
-    for i in range(1, 12):
-        yield f'<!ENTITY l{i} "{f"&l{i - 1};" * 10}">'
-    yield '<!ENTITY x "&l11;">'
-
-
-def _dae(outside: Path, port: int) -> str:
-    pictures = "".join(
-        f'<image id="i{n}"><init_from>{way}</init_from></image>'
-        for n, way in enumerate(ways(outside, port, "secret.png"))
-    )
-    return _collada(pictures)
+    lines = [*head, *map(" ".join, points), *(" ".join(("3", *face)) for face in faces)]
+    (folder / "picture.ply").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 def dae_of_box() -> bytes:
@@ -197,10 +182,7 @@ def dae_of_box() -> bytes:
 
 
 def _collada(pictures: str) -> str:
-    rows = [line.split() for line in box_obj((0.15, 0.1, 0.1)).splitlines()]
-    points = " ".join(v for row in rows if row[0] == "v" for v in row[1:])
-    faces = " ".join(str(int(v) - 1) for row in rows if row[0] == "f" for v in row[1:])
-    count = sum(row[0] == "f" for row in rows)
+    points, faces = (" ".join(map(" ".join, rows)) for rows in _box(0.15))
     return f"""<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
 <asset><title>TITLE</title><unit meter="0.5"/><up_axis>Y_UP</up_axis></asset><library_images>{pictures}</library_images>
 <library_effects><effect id="e"><profile_COMMON><newparam sid="s"><surface type="2D"><init_from>i</init_from></surface>
@@ -210,7 +192,7 @@ def _collada(pictures: str) -> str:
 <library_geometries><geometry id="g"><mesh><source id="p"><float_array id="f" count="24">{points}</float_array>
 <technique_common><accessor source="#f" count="8" stride="3"/></technique_common></source>
 <vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
-<triangles material="m" count="{count}"><input semantic="VERTEX" source="#v" offset="0"/><p>{faces}</p></triangles>
+<triangles material="m" count="12"><input semantic="VERTEX" source="#v" offset="0"/><p>{faces}</p></triangles>
 </mesh></geometry></library_geometries><library_visual_scenes><visual_scene id="s"><node id="n">
 <matrix>1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1</matrix><rotate>0 1 0 90</rotate><instance_geometry url="#g"><bind_material>
 <technique_common><instance_material symbol="m" target="#m"/></technique_common></bind_material></instance_geometry>

@@ -125,23 +125,19 @@ class Said:
 
     @classmethod
     def of(cls, line: Mapping[str, Any]) -> Said:
-        codes = tuple(w["code"] for w in line["warnings"])
-        return cls(
-            line["path"], line["status"] in ("accepted", "review"), line["code"], line["message"], codes, line["id"]
-        )
+        codes, accepted = tuple(w["code"] for w in line["warnings"]), line["status"] in ("accepted", "review")
+        return cls(line["path"], accepted, line["code"], line["message"], codes, line["id"])
 
 
 @dataclass(frozen=True)
 class Row:
     """A row of the index.
 
-    `file`: relative to the set. `wanted`: the outcome it expects, then the others that are right. `must_not`: what may
-    never happen. `kind`: its class.
+    `file`: relative to the set. `wanted`: the outcome it expects, then the others that are right. `kind`: its class.
     """
 
     file: str
     wanted: tuple[str, ...]
-    must_not: tuple[str, ...]
     kind: str
 
     @property
@@ -152,7 +148,7 @@ class Row:
 
 def rows_of(folder: Path) -> list[Row]:
     data = json.loads((folder / "index.json").read_text(encoding="utf-8"))
-    return [Row(r["file"], (r["expected"], *r["alt_ok"]), tuple(r["must_not"]), r["cls"]) for r in data]
+    return [Row(r["file"], (r["expected"], *r["alt_ok"]), r["cls"]) for r in data]
 
 
 def fits(said: Said, words: str) -> bool:
@@ -164,7 +160,8 @@ def fits(said: Said, words: str) -> bool:
     if verb == "reject":
         if rest.startswith("duplicate of"):
             return said.code in TWINS and rest.split()[-1] in said.message
-        return not said.accepted and (rest == "*" or said.code in _codes(rest))
+        named = [code for code, row in registry.load().rejections.items() if row.name == rest]
+        return not said.accepted and (rest == "*" or said.code in REASONS.get(rest, named))
     if not said.accepted:
         return False
     if verb == "accept":
@@ -173,18 +170,17 @@ def fits(said: Said, words: str) -> bool:
     return codes is SILENT or bool(set(codes) & set(said.warnings))
 
 
-def _codes(reason: str) -> tuple[str, ...]:
-    known = REASONS.get(reason)
-    return known or tuple(code for code, row in registry.load().rejections.items() if row.name == reason)
-
-
 def verdict(row: Row, said: Sequence[Said]) -> str:
     """Empty where the row ended as its index says, else what was said of it."""
     if not said:
         return "nothing was said of it"
     if any(one.code.startswith("RUN") and one.code not in TWINS for one in said):
         return "; ".join(map(told, said))
-    if any(fits(one, words) for words in row.wanted for one in said) or _skips_rows(row, said):
+    if any(fits(one, words) for words in row.wanted for one in said):
+        return ""
+    # A manifest whose good rows were taken while the bad ones are refused one by one.
+    skips = any("skipped and listed" in words for words in row.wanted) and any(one.accepted for one in said)
+    if skips and {one.code for one in said if not one.accepted} == {"MAN002"}:
         return ""
     return "; ".join(map(told, said))
 
@@ -193,12 +189,6 @@ def disputed(row: Row, message: str) -> str:
     """Why what became of a row is right although its index says otherwise; empty where there is no such reason."""
     begins, why = DISPUTED.get(row.file, ("?", ""))
     return why if message.startswith(begins) else ""
-
-
-def _skips_rows(row: Row, said: Sequence[Said]) -> bool:
-    """A manifest whose good rows were taken while the bad ones are refused one by one."""
-    asked = any("skipped and listed" in words for words in row.wanted)
-    return asked and any(s.accepted for s in said) and {s.code for s in said if not s.accepted} == {"MAN002"}
 
 
 def told(said: Said) -> str:
@@ -231,12 +221,13 @@ class HostileSet:
         """
         alone = [row for row in self.rows if self.is_alone(row)]
         copies = [row for row in self.rows if row.kind == "duplicate"]
-        self._together("together", [r for r in self.rows if r not in alone and r not in copies], "--keep-duplicates")
+        others = [row for row in self.rows if row not in alone and row not in copies]
+        self._together("together", others, "--keep-duplicates")
         self._together("copies", copies)
         for row in alone:
             self.said[row.file] = self._ingest(self.root / row.file)
         left, turn = len(self.rows), 0
-        while again := [row for row in self.rows if row not in alone and self._is_overshadowed(row)]:
+        while again := [row for row in others if any(one.code in TWINS for one in self.said.get(row.file, []))]:
             if len(again) == left:
                 break  # each of these is a copy of what it holds itself
             left, turn = len(again), turn + 1
@@ -260,11 +251,6 @@ class HostileSet:
         names = frozenset(path.name.lower() for path in folder.iterdir()) if folder.is_dir() else frozenset()
         is_other = kind_of_other(Path(row.path).name, names) == OTHER_FORMS
         return is_other or suffix_of(row.path) not in SUFFIXES
-
-    def _is_overshadowed(self, row: Row) -> bool:
-        """Taken for a copy of another row's mesh, where the index asks about something else."""
-        said = self.said.get(row.file, [])
-        return row.kind != "duplicate" and any(one.code in TWINS for one in said)
 
     def _together(self, name: str, rows: Iterable[Row], *options: str) -> None:
         kept = {row.path: row.file for row in rows}

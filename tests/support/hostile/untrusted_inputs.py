@@ -15,7 +15,7 @@ from casa_assets.model.record import Vec3
 from casa_assets.model.registry.category import Affordance, Category, MatterFill, RestingPose, SizeRange
 from tests.support.asset.asset_parts import CARDBOARD, box_collider, box_inertial, labels
 from tests.support.asset.assets import category as row_of
-from tests.support.mesh.meshes import box_mesh, lathe, texture
+from tests.support.mesh.meshes import box_mesh, lathe, some, texture
 
 UNTRUSTED = Provenance(source="folder", path="tests", sha256="0" * 64, title="Test", author="Casa", licence="CC0-1.0")
 SIZE: Vec3 = (0.06, 0.06, 0.12)
@@ -71,22 +71,20 @@ def carton(size: Vec3 = SIZE, center: Vec3 | None = None) -> Mesh:
 
 def without_side(mesh: Mesh, normal: Vec3) -> Mesh:
     """A box mesh less the triangles that face along `normal`."""
-    assert mesh.normals is not None
-    keep = (mesh.normals[mesh.faces[:, 0]] @ np.array(normal)) < 0.5
+    keep = (some(mesh.normals)[mesh.faces[:, 0]] @ np.array(normal)) < 0.5
     return mesh.replace(faces=mesh.faces[keep])
 
 
 def with_hole(side_m: float) -> Mesh:
     """A closed box but for a square hole in its top, without a thickness."""
     x, y, z = SIZE
-    top = [[a * x / 2, b * y / 2, z] for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
-    inner = [[a * side_m / 2, b * side_m / 2, z] for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+    signs = ((-1, -1), (1, -1), (1, 1), (-1, 1))
+    rims = [[a * u / 2, b * v / 2, z] for u, v in ((x, y), (side_m, side_m)) for a, b in signs]
     rest = without_side(carton(), (0.0, 0.0, 1.0))
     start = len(rest.vertices)
     ring = [f for i in range(4) for j in [(i + 1) % 4] for f in ((i, j, 4 + i), (j, 4 + j, 4 + i))]
-    return Mesh(
-        vertices=np.concatenate([rest.vertices, top, inner]), faces=np.concatenate([rest.faces, np.array(ring) + start])
-    )
+    faces = np.concatenate([rest.faces, np.array(ring) + start])
+    return Mesh(vertices=np.concatenate([rest.vertices, rims]), faces=faces)
 
 
 def crossed_cards() -> tuple[Mesh, ...]:
@@ -117,8 +115,7 @@ def checkers(side: int, blocks: int) -> npt.NDArray[np.uint8]:
     """A red and white picture of `side` pixels with so many fields along a side."""
     at = np.arange(side) * blocks // side
     field = (at[:, None] + at[None]) % 2
-    colors = np.array([[250, 250, 250], [200, 20, 20]], dtype=np.uint8)
-    return colors[field]
+    return np.array([[250, 250, 250], [200, 20, 20]], dtype=np.uint8)[field]
 
 
 def blurred(side: int, waves: int) -> npt.NDArray[np.uint8]:

@@ -101,6 +101,8 @@ def fbx(picture: bytes = b"", indices: str = "", points: str = "") -> bytes:
     """A text FBX in centimetres, y up; the picture lies in it where one is given, else beside it."""
     corners = indices or ",".join(f"{a},{b},{-c - 1}" for a, b, c in BOX.faces)
     written = points or ",".join(f"{v * 100:g}" for v in BOX.vertices.ravel())
+    numbers = {"UpAxis": 1, "UpAxisSign": 1, "FrontAxis": 2, "FrontAxisSign": 1, "CoordAxis": 0, "CoordAxisSign": 1}
+    axes = "\n        ".join(f'P: "{name}", "int", "Integer", "",{number}' for name, number in numbers.items())
     content = f'Content: , "{base64.b64encode(picture).decode()}"' if picture else ""
     return f"""; FBX 7.4.0 project file
 FBXHeaderExtension:  {{ FBXHeaderVersion: 1003
@@ -108,12 +110,7 @@ FBXHeaderExtension:  {{ FBXHeaderVersion: 1003
 }}
 GlobalSettings:  {{
     Properties70:  {{
-        P: "UpAxis", "int", "Integer", "",1
-        P: "UpAxisSign", "int", "Integer", "",1
-        P: "FrontAxis", "int", "Integer", "",2
-        P: "FrontAxisSign", "int", "Integer", "",1
-        P: "CoordAxis", "int", "Integer", "",0
-        P: "CoordAxisSign", "int", "Integer", "",1
+        {axes}
         P: "UnitScaleFactor", "double", "Number", "",1
     }}
 }}
@@ -210,8 +207,7 @@ def max3ds(count: int | None = None) -> bytes:
     mesh += chunk(0x4120, struct.pack("<H", len(faces)) + faces.tobytes() + used)
     look = chunk(0xA000, b"paint\0") + chunk(0xA020, chunk(0x0011, bytes((128, 60, 30))))
     look += chunk(0xA200, chunk(0xA300, b"a.png\0"))
-    thing = chunk(0x4000, b"thing\0" + chunk(0x4100, mesh))
-    return chunk(0x4D4D, chunk(0x3D3D, chunk(0xAFFF, look) + thing))
+    return chunk(0x4D4D, chunk(0x3D3D, chunk(0xAFFF, look) + chunk(0x4000, b"thing\0" + chunk(0x4100, mesh))))
 
 
 def zipped(**members: bytes) -> bytes:

@@ -20,6 +20,7 @@ from casa_assets.ingest.sources.discover import collect, discover
 from casa_assets.ingest.sources.places import Found, Refused
 from casa_assets.ingest.things import load
 from casa_assets.model.source import Bundle, RawModel
+from tests.support.mesh.meshes import some
 
 LIMITS = {"input_bytes": 1e7, "input_faces": 1e5, "input_texture_px": 512, "input_texture_pixels": 200_000.0}
 
@@ -120,14 +121,8 @@ class Gltf:
 
 def packed_view(data: bytes, stride: int, mode: str, count: int, **extra: object) -> dict[str, object]:
     """An extension object, of which `data` is left to be placed."""
-    return {
-        "buffer": 0,
-        "byteOffset": 0,
-        "byteLength": len(data),
-        "byteStride": stride,
-        "mode": mode,
-        "count": count,
-    } | extra
+    place = {"buffer": 0, "byteOffset": 0, "byteLength": len(data), "byteStride": stride}
+    return {**place, "mode": mode, "count": count, **extra}
 
 
 def squeezed(columns: Sequence[tuple[bytes, int, str, int]], name: str) -> Gltf:
@@ -143,10 +138,8 @@ def squeezed(columns: Sequence[tuple[bytes, int, str, int]], name: str) -> Gltf:
         view |= {"buffer": 1, "byteOffset": 0, "byteLength": count * stride}
         view["extensions"] = {name: packed_view(data, stride, mode, count) | {"byteOffset": start}}
     made.document["extensionsRequired"] = [name]
-    made.document["buffers"] = [
-        {"byteLength": len(made.binary)},
-        {"byteLength": 10**9, "extensions": {name: {"fallback": True}}},
-    ]
+    fallback = {"byteLength": 10**9, "extensions": {name: {"fallback": True}}}
+    made.document["buffers"] = [{"byteLength": len(made.binary)}, fallback]
     return made
 
 
@@ -184,10 +177,8 @@ def codes_of(model: RawModel) -> set[str]:
 def texel(model: RawModel, part: int, vertex: int) -> tuple[int, ...]:
     """Colour of the base picture at a vertex of a part; our uv count from the lower left."""
     one = model.parts[part]
-    assert one.mesh.uv is not None
-    assert one.material.base_color_texture is not None
-    with Image.open(io.BytesIO(one.material.base_color_texture.png)) as image:
+    with Image.open(io.BytesIO(some(one.material.base_color_texture).png)) as image:
         pixels = np.asarray(image)
-    u, v = np.clip(one.mesh.uv[vertex], 0.01, 0.99)
+    u, v = np.clip(some(one.mesh.uv)[vertex], 0.01, 0.99)
     row, column = int((1 - v) * pixels.shape[0]), int(u * pixels.shape[1])
     return tuple(int(c) for c in pixels[row, column])

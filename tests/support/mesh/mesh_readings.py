@@ -7,12 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 import trimesh
 from lxml import etree
 from scipy.spatial import cKDTree
 
-from casa_assets.core.numeric import srgb_from_linear
+from casa_assets.core.numeric import Floats, srgb_from_linear
 from casa_assets.formats.read import load
 from casa_assets.formats.read.ply import read_header, read_tables
 from casa_assets.ingest.sources.discover import collect, discover
@@ -21,8 +20,6 @@ from casa_assets.mesh.trimesh_exchange import placed_meshes
 from casa_assets.model import rejection_codes
 from casa_assets.model.asset.material import Material
 from casa_assets.model.source import RawModel
-
-Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -60,12 +57,14 @@ TOLERANCE = 1e-6
 
 
 def differences(path: Path, one: Reading, other: Reading) -> list[str]:
-    """What two readings of a file do not agree on, leaving out what RULES explain; empty where all is explained."""
+    """What two readings of a file do not agree on, leaving out what is `explained`; empty where all is explained."""
     found: list[str] = []
     size = float(np.ptp(one.bounds, axis=0).max())
     if len(one.soup) != len(other.soup):
         found.append(f"triangles: {len(one.soup)} and {len(other.soup)}")
-    elif (far := _farthest(one, other)) > TOLERANCE * size and not cut_along_other_diagonals(path, far / size):
+    # Polygons are cut into as many triangles by both readers, some of them along another diagonal, and a polygon is
+    # small beside the thing. So this explains nothing in a file of triangles; the area of the whole is compared too.
+    elif (far := _farthest(one, other)) > TOLERANCE * size and not (far < 0.02 * size and has_polygons(path)):
         found.append(f"a triangle without its like within {far / size:.2g} of the size")
     if np.abs(one.bounds - other.bounds).max() > TOLERANCE * size:
         found.append("bounds")
@@ -74,7 +73,7 @@ def differences(path: Path, one: Reading, other: Reading) -> list[str]:
         found.append(f"area: {one.area:.6g} and {other.area:.6g}")
     for name in ("materials", "pictures", "has_uv", "has_colors"):
         mine, theirs = getattr(one, name), getattr(other, name)
-        if mine != theirs and not any(rule(path, name, one, other) for rule in RULES):
+        if mine != theirs and not explained(path, name, one, other):
             found.append(f"{name}: {mine} and {theirs}")
     return found
 
@@ -83,15 +82,6 @@ def _farthest(one: Reading, other: Reading) -> float:
     """Largest distance from the middle of a triangle to the nearest middle in the other reading, both ways."""
     mine, theirs = one.soup.mean(axis=1), other.soup.mean(axis=1)
     return float(max(cKDTree(theirs).query(mine)[0].max(), cKDTree(mine).query(theirs)[0].max()))
-
-
-def cut_along_other_diagonals(path: Path, far: float) -> bool:
-    """Polygons are cut into as many triangles by both readers, some of them along another diagonal.
-
-    So this explains nothing in a file of triangles. The area of the whole is compared too, and a polygon is small
-    beside the thing: `far` is a part of its size.
-    """
-    return far < 0.02 and has_polygons(path)
 
 
 def has_polygons(path: Path) -> bool:
@@ -111,33 +101,25 @@ def has_polygons(path: Path) -> bool:
     return False
 
 
-def stands_in_for_a_picture(path: Path, name: str, one: Reading, other: Reading) -> bool:
-    """trimesh puts a picture of 2 x 2 pixels where there are texture coordinates and no picture can be had."""
-    return name == "pictures" and not one.pictures and other.pictures == ((2, 2),)
-
-
-def colors_give_way_to_a_picture(path: Path, name: str, one: Reading, other: Reading) -> bool:
-    """trimesh drops vertex colours where a PLY names a picture, missing or not; we keep them where it is missing."""
-    return name == "has_colors" and one.has_colors and rejection_codes.REFERENCE_MISSING in one.notes and other.has_uv
-
-
-def picture_beside_the_folder(path: Path, name: str, one: Reading, other: Reading) -> bool:
-    """trimesh opens nothing outside the folder of a mesh; we follow `..` within the package (Gazebo)."""
-    is_outside = b"../" in path.read_bytes() or rejection_codes.FOUND_BY_BASE_NAME in one.notes
-    return name in ("pictures", "materials") and len(other.pictures) < len(one.pictures) and is_outside
-
-
-def materials_of_one_color(path: Path, name: str, one: Reading, other: Reading) -> bool:
-    """trimesh gives COLLADA materials no name, so it cannot tell two of one colour and picture apart, and we can.
-
-    Its lower count is right only where it is the number of different appearances: a saucepan has six materials, two
-    of them the same black, and trimesh counts five. A material that one reader loses or paints otherwise stays a
-    difference.
-    """
-    return name == "materials" and path.suffix.lower() == ".dae" and other.materials == one.appearances
-
-
-RULES = (materials_of_one_color, stands_in_for_a_picture, colors_give_way_to_a_picture, picture_beside_the_folder)
+def explained(path: Path, name: str, one: Reading, other: Reading) -> bool:
+    """Whether a rule says why a fact is another in our reading (`one`) than in that of trimesh."""
+    # trimesh gives COLLADA materials no name, so it cannot tell two of one colour and picture apart, and we can. Its
+    # lower count is right only where it is the number of different appearances: a saucepan has six materials, two of
+    # them the same black, and trimesh counts five. A material that one reader loses or paints otherwise stays one.
+    is_one_color = path.suffix.lower() == ".dae" and other.materials == one.appearances
+    match name:
+        case "pictures" if not one.pictures and other.pictures == ((2, 2),):
+            return True  # trimesh puts one of 2 x 2 pixels where there are texture coordinates and no picture
+        case "pictures" | "materials" if len(other.pictures) < len(one.pictures):
+            # trimesh opens nothing outside the folder of a mesh; we follow `..` within the package (Gazebo).
+            is_outside = b"../" in path.read_bytes() or rejection_codes.FOUND_BY_BASE_NAME in one.notes
+            return is_outside or (name == "materials" and is_one_color)
+        case "materials":
+            return is_one_color
+        case "has_colors":
+            # trimesh drops those of vertices where a PLY names a picture, missing or not; we keep them where it is.
+            return one.has_colors and rejection_codes.REFERENCE_MISSING in one.notes and other.has_uv
+    return False
 
 
 def ours(path: Path, limits: dict[str, float]) -> Reading:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import math
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -13,14 +14,21 @@ from casa_assets.model.asset.material import ColorSpace, Texture
 from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.record import Vec3
 
+T = TypeVar("T")
+
+
+def some(value: T | None) -> T:
+    """What has to be there."""
+    assert value is not None
+    return value
+
 
 def texture(name: str, pixels: npt.NDArray[np.uint8], space: ColorSpace = ColorSpace.SRGB) -> Texture:
     """A PNG texture of (H, W, 3) uint8 pixels."""
     out = io.BytesIO()
     Image.fromarray(pixels).save(out, "PNG")
-    return Texture(
-        name=name, png=out.getvalue(), width_px=pixels.shape[1], height_px=pixels.shape[0], color_space=space
-    )
+    height, width, *_ = pixels.shape
+    return Texture(name=name, png=out.getvalue(), width_px=width, height_px=height, color_space=space)
 
 
 def box_mesh(size: Vec3, center: Vec3, shared: bool = False) -> Mesh:
@@ -30,22 +38,15 @@ def box_mesh(size: Vec3, center: Vec3, shared: bool = False) -> Mesh:
         quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
         faces = [f for a, b, c, d in quads for f in ((a, b, c), (a, c, d))]
         return Mesh(vertices=corners * size + center, faces=np.array(faces))
-    vertices: list[npt.NDArray[np.float64]] = []
-    normals: list[tuple[int, int, int]] = []
-    uv: list[tuple[int, int]] = []
-    triangles: list[tuple[int, int, int]] = []
     sides = {(0, 0, 1): ((1, 0, 0), (0, 1, 0)), (0, 0, -1): ((1, 0, 0), (0, -1, 0))}
     for x, y in ((1, 0), (0, 1), (-1, 0), (0, -1)):
         sides[(x, y, 0)] = ((-y, x, 0), (0, 0, 1))
-    for normal, (right, up) in sides.items():
-        start = len(vertices)
-        for u, v in ((0, 0), (1, 0), (1, 1), (0, 1)):
-            corner = np.array(normal) + (2 * u - 1) * np.array(right) + (2 * v - 1) * np.array(up)
-            vertices.append(corner / 2 * size + center)
-            normals.append(normal)
-            uv.append((u, v))
-        triangles += [(start, start + 1, start + 2), (start, start + 2, start + 3)]
-    return Mesh(vertices=np.array(vertices), faces=np.array(triangles), uv=np.array(uv), normals=np.array(normals))
+    uv = np.array([(0, 0), (1, 0), (1, 1), (0, 1)])
+    points = [normal + (2 * uv - 1) @ np.array(axes) for normal, axes in sides.items()]
+    faces = [f for a in range(0, 24, 4) for f in ((a, a + 1, a + 2), (a, a + 2, a + 3))]
+    normals = np.repeat(list(sides), 4, axis=0)
+    vertices = np.concatenate(points) / 2 * size + center
+    return Mesh(vertices=vertices, faces=np.array(faces), uv=np.tile(uv, (6, 1)), normals=normals)
 
 
 def wall(i: int, steps: int) -> Mesh:

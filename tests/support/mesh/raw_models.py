@@ -73,8 +73,7 @@ def raw(*meshes: Mesh, up: Up | None = Up.Z, unit: float | None = 1.0, form: str
 
 def draft(*meshes: Mesh, up: Up | None = Up.Z, unit: float | None = 1.0, form: str = "obj") -> Draft:
     """As `raw`, for the stages after the first."""
-    model = raw(*meshes, up=up, unit=unit, form=form)
-    return Draft(parts=model.parts, metres_per_unit=unit, up=up, format=form)
+    return Draft(parts=raw(*meshes, up=up, unit=unit, form=form).parts, metres_per_unit=unit, up=up, format=form)
 
 
 def category(name: str) -> Category:

@@ -8,7 +8,7 @@ from casa_assets.mesh.solid.solids import Solid, solid_of, surface_of
 from casa_assets.mesh.surface import weld
 from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.record import Vec3
-from tests.support.mesh.meshes import box_mesh
+from tests.support.mesh.meshes import box_mesh, some
 
 
 def box(size: Vec3, center: Vec3 = (0.0, 0.0, 0.0)) -> Mesh:
@@ -23,9 +23,7 @@ def welded(mesh: Mesh) -> tuple[Floats, Ints]:
 
 
 def solid(mesh: Mesh) -> Solid:
-    found = solid_of(*welded(mesh))
-    assert found is not None
-    return found
+    return some(solid_of(*welded(mesh)))
 
 
 def block(size: Vec3, center: Vec3 = (0.0, 0.0, 0.0)) -> Solid:

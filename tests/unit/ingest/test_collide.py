@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import Counter
-from functools import cache, partial
 
 import numpy as np
 import pytest
@@ -21,11 +20,11 @@ from casa_assets.mesh.solid.deviation import distances_outside_hulls
 from casa_assets.mesh.solid.primitive import shape_bounds, tessellate
 from casa_assets.mesh.solid.solids import Solid, convex_hull, hull_volume, intersection_volume, surface_of, union
 from casa_assets.mesh.surface import signed_volume
-from casa_assets.mesh.voxels import Grid, voxelise
-from casa_assets.model.asset.parts import Box, Cylinder, Hull, Mesh, Sphere
+from casa_assets.mesh.voxels import voxelise
+from casa_assets.model.asset.parts import Box, Cylinder, Hull, Mesh, Shape, Sphere
 from casa_assets.model.issue import REVIEW_CODE
 from casa_assets.model.pose import Pose
-from tests.support.mesh.meshes import lathe
+from tests.support.mesh.meshes import lathe, some
 from tests.support.mesh.raw_models import MUG, category, codes, draft, flipped, joined, moved, turned, volume
 from tests.support.mesh.solids import block, box, mesh_of, never, solid, welded
 
@@ -44,20 +43,14 @@ def is_touched(state: Draft, spot: tuple[float, float, float]) -> bool:
     return bool(distances_outside_hulls(np.array([spot]), clouds(state))[0] == 0)
 
 
-def kinds(state: Draft) -> Counter[str]:
-    """How many shapes there are of each kind."""
-    return Counter(p.shape.kind for p in state.colliders)
-
-
 class Fake:
     """A decomposer that fails for some methods and answers for the others."""
 
     def __init__(self, answers: dict[str, list[Floats]]) -> None:
-        self.answers, self.asked, self.budgets = answers, [], []  # type: ignore[var-annotated]
+        self.answers, self.asked = answers, []  # type: ignore[var-annotated]
 
     def __call__(self, method: str, points: Floats, faces: Ints, budget: Budget) -> list[Floats]:
         self.asked.append(method)
-        self.budgets.append(budget)
         if method not in self.answers:
             raise DecompositionFailed(f"{method} ended with -11: no words")
         return self.answers[method]
@@ -75,8 +68,7 @@ def walls(mesh: Mesh, count: int = 16) -> list[Floats]:
     return out
 
 
-ARC = np.linspace(0, np.pi, 40)
-BALL = [(float(0.04 * np.sin(t)), float(-0.04 * np.cos(t))) for t in ARC]
+BALL = [(float(0.04 * np.sin(t)), float(-0.04 * np.cos(t))) for t in np.linspace(0, np.pi, 40)]
 CAN = [(0.0, 0.12), (0.033, 0.12), (0.033, 0.0), (0.0, 0.0)]
 DEEP_LID = [(0.0, 0.112), (0.025, 0.112), (0.027, 0.122), (0.033, 0.108), (0.033, 0.006), (0.026, 0.0), (0.0, 0.008)]
 APPLE = [(0.0, -0.028), (0.012, -0.034), (0.034, -0.02), (0.04, 0.0), (0.036, 0.02), (0.02, 0.032), (0.0, 0.024)]
@@ -100,18 +92,12 @@ class TestExactShapes:
             pytest.param(OPEN_BOX, "carton", Box, (0.04, 0.06, 0.1), 1e-6, id="full, no side"),
         ],
     )
-    def test_one_shape(
-        self, mesh: Mesh, name: str, kind: type[Box | Sphere | Cylinder], size: tuple[float, ...], rel: float
-    ) -> None:
+    def test_one_shape(self, mesh: Mesh, name: str, kind: type[Shape], size: tuple[float, ...], rel: float) -> None:
         [placed] = collide(draft(mesh), category(name), PARAMS, never).colliders
         assert isinstance(placed.shape, kind)
-        match placed.shape:
-            case Box(size=sides):
-                assert sorted(sides) == pytest.approx(size, rel=rel)
-            case Sphere(radius=radius):
-                assert radius == pytest.approx(size[0], rel=rel)
-            case Cylinder(radius=radius, height=height):
-                assert (radius, height) == pytest.approx(size, rel=rel)
+        lengths = [getattr(placed.shape, name, None) for name in ("radius", "height")]
+        sides = sorted(placed.shape.size) if isinstance(placed.shape, Box) else [v for v in lengths if v is not None]
+        assert sides == pytest.approx(size, rel=rel)
         if mesh is BOX:
             assert placed.pose.position == pytest.approx((0.3, 0.0, 0.2))
 
@@ -145,11 +131,9 @@ def handled() -> Mesh:
 def numbers(state: Draft, mesh: Mesh) -> tuple[float, FitErrors]:
     """Intersection over union with a closed mesh, and the verdict."""
     by = fit_reference(*welded(mesh), solid(mesh), is_open=True)
-    whole = union([convex_hull(c) for c in clouds(state)])
-    assert whole is not None
+    whole = some(union([convex_hull(c) for c in clouds(state)]))
     both = intersection_volume(whole, welded(mesh))
-    size = signed_volume(*whole) + volume(mesh) - both
-    return both / size, measure_fit(clouds(state), by, PARAMS)
+    return both / (signed_volume(*whole) + volume(mesh) - both), measure_fit(clouds(state), by, PARAMS)
 
 
 class TestOpenings:
@@ -174,8 +158,7 @@ class TestOpenings:
         assert len(out.colliders) <= 24
         assert overlap >= 0.85
         assert found.normalized_error <= 1
-        assert found.open_share is not None
-        assert found.open_share >= 0.9
+        assert some(found.open_share) >= 0.9
         assert not is_touched(out, (0.052, 0.0, 0.05))  # the hole of the handle
         assert is_touched(out, (0.067, 0.0, 0.05))
         assert collide(draft(handled()), category("mug"), PARAMS, never) == out
@@ -194,36 +177,32 @@ class TestOpenings:
             _, found = numbers(out, mesh)
             assert len(out.colliders) <= (12 if mesh is DISH else PARAMS.hull_count)
             assert found.normalized_error <= 1.1
-            assert found.open_share is not None
-            assert found.open_share >= 0.85
+            assert some(found.open_share) >= 0.85
 
 
-class TestCuts:
-    def test_an_angle_is_two_boxes(self) -> None:
-        angle = mesh_of(block((0.1, 0.04, 0.02), (0.05, 0.0, 0.01)) + block((0.02, 0.04, 0.1), (0.01, 0.0, 0.05)))
-        out = collide(draft(angle), category("object"), PARAMS, never)
-        assert len(out.colliders) <= 3
-        assert numbers(out, angle)[0] > 0.97
+def test_an_angle_is_two_boxes() -> None:
+    angle = mesh_of(block((0.1, 0.04, 0.02), (0.05, 0.0, 0.01)) + block((0.02, 0.04, 0.1), (0.01, 0.0, 0.05)))
+    out = collide(draft(angle), category("object"), PARAMS, never)
+    assert len(out.colliders) <= 3
+    assert numbers(out, angle)[0] > 0.97
 
 
-class TestMatter:
-    @pytest.mark.parametrize(
-        ("mesh", "kind"),
-        [
-            (EGG, SurfaceKind.SOLID),
-            (CUP, SurfaceKind.WALLED),
-            (joined(EGG, flipped(moved(EGG, scale=0.9))), SurfaceKind.DOUBLE),
-            (turned([(0.07, 0.05), (0.05, 0.01), (0.0, 0.0)], 48), SurfaceKind.SHEET),
-        ],
-    )
-    def test_what_kind_of_surface_it_is(self, mesh: Mesh, kind: SurfaceKind) -> None:
-        found = solid_proxy(*welded(mesh), is_full=False)
-        assert found is not None
-        assert found.kind is kind
-        if kind is SurfaceKind.DOUBLE:  # filled before anything else
-            assert "made solid on a grid" not in found.message
-            assert found.solid.volume() == pytest.approx(volume(EGG), rel=1e-6)
-            assert "73% of it was sealed off" in found.message
+@pytest.mark.parametrize(
+    ("mesh", "kind"),
+    [
+        (EGG, SurfaceKind.SOLID),
+        (CUP, SurfaceKind.WALLED),
+        (joined(EGG, flipped(moved(EGG, scale=0.9))), SurfaceKind.DOUBLE),
+        (turned([(0.07, 0.05), (0.05, 0.01), (0.0, 0.0)], 48), SurfaceKind.SHEET),
+    ],
+)
+def test_what_kind_of_surface_it_is(mesh: Mesh, kind: SurfaceKind) -> None:
+    found = some(solid_proxy(*welded(mesh), is_full=False))
+    assert found.kind is kind
+    if kind is SurfaceKind.DOUBLE:  # filled before anything else
+        assert "made solid on a grid" not in found.message
+        assert found.solid.volume() == pytest.approx(volume(EGG), rel=1e-6)
+        assert "73% of it was sealed off" in found.message
 
 
 @pytest.fixture
@@ -234,14 +213,12 @@ def decomposers_only(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("decomposers_only")
 class TestLadder:
-    @pytest.mark.parametrize(
-        ("answering", "asked", "notes"), [("coacd", ["coacd"], []), ("vhacd", ["coacd", "vhacd"], ["MSH019"])]
-    )
-    def test_vhacd_follows_where_coacd_fails(self, answering: str, asked: list[str], notes: list[str]) -> None:
-        fake = Fake({answering: walls(CUP)})
+    @pytest.mark.parametrize(("asked", "notes"), [(["coacd"], []), (["coacd", "vhacd"], ["MSH019"])])
+    def test_vhacd_follows_where_coacd_fails(self, asked: list[str], notes: list[str]) -> None:
+        fake = Fake({asked[-1]: walls(CUP)})
         out = collide(draft(CUP), category("mug"), PARAMS, fake)
         assert fake.asked == asked
-        assert kinds(out) == {"hull": 17, "box": 1}, "and the box that it stands on"
+        assert Counter(p.shape.kind for p in out.colliders) == {"hull": 17, "box": 1}, "and the box that it stands on"
         assert not is_touched(out, (0.0, 0.0, 0.05))
         assert codes(out.notes) == notes
 
@@ -262,8 +239,7 @@ def test_a_line_is_refused() -> None:
 @pytest.mark.parametrize("full", [False, True])
 def test_what_is_made_of_an_open_bottle_ends_where_the_mesh_does(full: bool) -> None:
     points, faces = welded(lathe([(0.03, 0.0), (0.037, 0.0), (0.037, 0.2), (0.014, 0.24), (0.014, 0.3)], 32))
-    made = solid_proxy(points, faces, full)
-    assert made is not None
+    made = some(solid_proxy(points, faces, full))
     assert (made.solid.volume() > 0.5 * hull_volume(points)) == full
     ends = surface_of(made.solid)[0]
     assert ends.min(axis=0) == pytest.approx(points.min(axis=0), abs=0.003)
@@ -271,41 +247,30 @@ def test_what_is_made_of_an_open_bottle_ends_where_the_mesh_does(full: bool) -> 
     assert (ends.max(axis=0) <= points.max(axis=0) + 1e-6).all()
 
 
-class TestOpenRooms:
-    """What has room to put things into keeps it, whatever it is taken for."""
-
-    @pytest.mark.parametrize("kind", ["object", "bread_roll"])
-    def test_a_torn_crate_stays_open(self, kind: str) -> None:
-        """Its walls are boxes that do not make one closed surface."""
-        size, wall = 0.2, 0.012
-        sides = [box((size, size, wall), (0.0, 0.0, wall / 2))]
-        for turn in range(4):
-            along = (wall, size, 0.1) if turn % 2 else (size, wall, 0.1)
-            at = (size - wall) / 2 * (1 if turn < 2 else -1)
-            sides.append(box(along, (at, 0.0, 0.05) if turn % 2 else (0.0, at, 0.05)))
-        whole = joined(*sides)
-        torn = Mesh(vertices=whole.vertices, faces=np.delete(whole.faces, [7, 20], axis=0))
-        out = collide(draft(torn), category(kind), PARAMS, never)
-        assert not is_touched(out, (0.0, 0.0, 0.06))
-        assert is_touched(out, (0.0, 0.0, wall / 2))
+@pytest.mark.parametrize("kind", ["object", "bread_roll"])
+def test_a_torn_crate_stays_open(kind: str) -> None:
+    """What has room to put things into keeps it: its walls are boxes that do not make one closed surface."""
+    size, wall = 0.2, 0.012
+    sides = [box((size, size, wall), (0.0, 0.0, wall / 2))]
+    for turn in range(4):
+        along = (wall, size, 0.1) if turn % 2 else (size, wall, 0.1)
+        at = (size - wall) / 2 * (1 if turn < 2 else -1)
+        sides.append(box(along, (at, 0.0, 0.05) if turn % 2 else (0.0, at, 0.05)))
+    whole = joined(*sides)
+    torn = Mesh(vertices=whole.vertices, faces=np.delete(whole.faces, [7, 20], axis=0))
+    out = collide(draft(torn), category(kind), PARAMS, never)
+    assert not is_touched(out, (0.0, 0.0, 0.06))
+    assert is_touched(out, (0.0, 0.0, wall / 2))
 
 
-class TestBounds:
+def test_a_carton_with_rounded_corners_that_stands_askew() -> None:
     """A primitive whose sides would lie too far from those of the mesh gives way to a hull."""
-
-    def test_a_carton_with_rounded_corners_that_stands_askew(self) -> None:
-        askew = Pose(quaternion=(np.cos(np.pi / 8), 0.0, 0.0, np.sin(np.pi / 8)))
-        crossed = solid(moved(box((0.156, 0.156, 0.2), (0, 0, 0.1)), matrix=askew.rotation))
-        mesh = moved(mesh_of(block((0.16, 0.06, 0.2), (0.0, 0.0, 0.1)) ^ crossed), matrix=askew.rotation)
-        out = collide(draft(mesh), category("boxed_food"), PARAMS, never)
-        points = np.concatenate(clouds(out))
-        gap = np.abs([points.min(axis=0) - mesh.vertices.min(axis=0), points.max(axis=0) - mesh.vertices.max(axis=0)])
-        assert gap.max() <= PARAMS.box_bound(0.2)
-
-
-SHEET = Mesh(vertices=[[0, 0, 0], [0.1, 0, 0], [0.1, 0.1, 0], [0, 0.1, 0]], faces=[[0, 1, 2], [0, 2, 3]])
-# A can as kits model it: a wall without ends, and two ends that touch it and share no point with it.
-WALL = turned([(0.03, 0.1), (0.03, 0.0)], 24)
+    askew = Pose(quaternion=(np.cos(np.pi / 8), 0.0, 0.0, np.sin(np.pi / 8)))
+    crossed = solid(moved(box((0.156, 0.156, 0.2), (0, 0, 0.1)), matrix=askew.rotation))
+    mesh = moved(mesh_of(block((0.16, 0.06, 0.2), (0.0, 0.0, 0.1)) ^ crossed), matrix=askew.rotation)
+    points = np.concatenate(clouds(collide(draft(mesh), category("boxed_food"), PARAMS, never)))
+    gap = np.abs([points.min(axis=0) - mesh.vertices.min(axis=0), points.max(axis=0) - mesh.vertices.max(axis=0)])
+    assert gap.max() <= PARAMS.box_bound(0.2)
 
 
 def disc(height: float) -> Mesh:
@@ -314,15 +279,11 @@ def disc(height: float) -> Mesh:
     return Mesh(vertices=[*rim.tolist(), [0.0, 0.0, height]], faces=[[36, k, (k + 1) % 36] for k in range(36)])
 
 
-def surface(*meshes: Mesh) -> tuple[Floats, Ints, Grid]:
-    points, faces = welded(joined(*meshes))
-    return points, faces, voxelise(points, faces, CELLS)
-
-
 def test_a_wall_with_loose_ends_is_a_full_can() -> None:
-    points, faces, grid = surface(WALL, disc(0.1), flipped(disc(0.0)))
-    found = assemble_solid(points, faces, grid)
-    assert found is not None
+    """A can as kits model it: a wall without ends, and two ends that touch it and share no point with it."""
+    points, faces = welded(joined(turned([(0.03, 0.1), (0.03, 0.0)], 24), disc(0.1), flipped(disc(0.0))))
+    grid = voxelise(points, faces, CELLS)
+    found = some(assemble_solid(points, faces, grid))
     assert found.solid.volume() == pytest.approx(np.pi * 0.03**2 * 0.1, rel=0.05)
     assert covers_surface(found.solid, points, faces, grid)
     assert "lids on 1" in found.steps
@@ -337,20 +298,14 @@ def test_a_fridge_with_a_handle_is_one_hull_only_where_that_is_near(depth: float
     assert (len(shapes) == 1) == is_one
 
 
-def confidence(state: Draft) -> float:
-    [guess] = [g for g in state.guesses if g.subject == "collision"]
-    return guess.confidence
-
-
 def test_a_thin_bowl_stays_within_the_bound_and_on_its_ground() -> None:
     angles = np.linspace(0.0, np.pi / 2.4, 12)
     outer = [(0.08 * float(np.sin(a)), 0.08 - 0.08 * float(np.cos(a))) for a in angles]
     inner = [(r * 0.985, z * 0.985 + 0.0012) for r, z in outer]
     out = collide(draft(turned([*inner, *outer[::-1]], 64)), category("bowl"), PARAMS, never)
-    assert confidence(out) == 1.0
+    assert [g.confidence for g in out.guesses if g.subject == "collision"] == [1.0]
     assert len(out.colliders) <= 32
-    low = min(float(tessellate(p.shape, p.pose)[0][:, 2].min()) for p in out.colliders)
-    assert low > -1e-6
+    assert min(float(tessellate(p.shape, p.pose)[0][:, 2].min()) for p in out.colliders) > -1e-6
 
 
 def test_a_carton_that_bulges_is_one_box_between_its_bulges_and_its_edges() -> None:
@@ -365,30 +320,9 @@ def test_a_carton_that_bulges_is_one_box_between_its_bulges_and_its_edges() -> N
     assert float(tessellate(placed.shape, placed.pose)[0][:, 2].min()) == pytest.approx(-0.08, abs=1e-6)
 
 
-# Radius and height along the wall of a vase that is open at both ends.
-TUBE = [(0.05, 0.0), (0.08, 0.1), (0.04, 0.2), (0.036, 0.2), (0.076, 0.1), (0.046, 0.0)]
-
-
-def no_answer(method: str, points: Floats, faces: Ints, budget: Budget) -> list[Floats]:
-    raise DecompositionFailed(f"{method} is not there")
-
-
-def bars(count: int, side: float, thick: float) -> Mesh:
-    """Upright bars in a square grid."""
-    places = np.linspace(-side / 2, side / 2, count)
-    return joined(*(box((thick, thick, side), (float(x), float(y), side / 2)) for x in places for y in places))
-
-
-def grating(count: int, side: float, thick: float) -> Mesh:
-    """Bars that cross in the plane of the floor."""
-    places = [float(v) for v in np.linspace(-side / 2, side / 2, count)]
-    along = [box((side, thick, thick), (0.0, v, 0.0)) for v in places]
-    return joined(*along, *(box((thick, side, thick), (v, 0.0, 0.0)) for v in places))
-
-
 def test_a_vase_without_a_bottom_stays_open() -> None:
-    ring = turned([*TUBE, TUBE[0]], 32)
-    out = collide(draft(ring), category("object"), PARAMS, no_answer)
+    ring = turned([(0.05, 0.0), (0.08, 0.1), (0.04, 0.2), (0.036, 0.2), (0.076, 0.1), (0.046, 0.0), (0.05, 0.0)], 32)
+    out = collide(draft(ring), category("object"), PARAMS, Fake({}))
     assert not [n.message for n in out.notes if n.code == REVIEW_CODE]
     middle = np.array([0.0, 0.0, 0.1])
     boxes = [shape_bounds(p.shape, p.pose) for p in out.colliders]
@@ -396,9 +330,10 @@ def test_a_vase_without_a_bottom_stays_open() -> None:
 
 
 def test_windows_that_no_finger_passes_are_closed() -> None:
-    mesh = grating(12, 0.3, 0.008)
-    proxy = without_windows(mesh.vertices, mesh.faces)
-    assert proxy is not None
+    places = np.linspace(-0.15, 0.15, 12).tolist()
+    bars = [box((0.3, 0.008, 0.008), (0.0, v, 0.0)) for v in places]
+    mesh = joined(*bars, *(box((0.008, 0.3, 0.008), (v, 0.0, 0.0)) for v in places))
+    proxy = some(without_windows(mesh.vertices, mesh.faces))
     # A plate with one flat face above has no hole: its volume is that of the box around it.
     assert proxy.solid.volume() > 0.8 * 0.3 * 0.3 * 0.008
     assert proxy.solid.genus() == 0
@@ -416,17 +351,8 @@ def prism(sides: int, radius: float, height: float, x: float = 0.0) -> Floats:
     return np.concatenate([np.column_stack([ring, np.full(sides, z)]) for z in (0.0, height)])
 
 
-def around(*shapes: PlacedShape) -> Solid:
-    found = Solid()
-    for shape in shapes:
-        assert isinstance(shape.shape, Hull)
-        found += solid(shape.shape.mesh)
-    return found
-
-
 def test_a_turned_foot_gets_a_turned_box() -> None:
-    angle = np.pi / 6
-    turn = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1.0]])
+    turn = Pose(quaternion=(np.cos(np.pi / 12), 0.0, 0.0, np.sin(np.pi / 12))).rotation
     corners = np.array([(x, y, z) for x in (-0.1, 0.1) for y in (-0.02, 0.02) for z in (0.0, 0.05)]) @ turn.T
     _, box = on_flat_foot([hull(corners)], None)
     assert isinstance(box.shape, Box)
@@ -444,18 +370,18 @@ def test_what_has_no_flat_foot_stays_as_it_is(subtests: pytest.Subtests) -> None
         [PlacedShape(shape=Box(size=(0.1, 0.1, 0.1)))],
     ]:
         with subtests.test(shapes=shapes):
-            whole = None if isinstance(shapes[0].shape, Box) else around(*shapes)
+            solids = [solid(placed.shape.mesh) for placed in shapes if isinstance(placed.shape, Hull)]
+            whole = sum(solids, Solid()) if solids else None
             assert on_flat_foot(shapes, whole) == tuple(shapes)
 
 
 THE_CUP = welded(turned(MUG, 8))
 BUDGET = Budget(hulls=8, hull_vertices=32, threshold=0.2)
-hulls_of = cache(partial(decompose, vertices=THE_CUP[0], faces=THE_CUP[1], budget=BUDGET))
 
 
 @pytest.mark.parametrize("method", ["coacd", "vhacd"])
 def test_two_runs_give_the_same_hulls_within_the_budget(method: str) -> None:
-    first, second = hulls_of(method), decompose(method, *THE_CUP, BUDGET)
+    first, second = (decompose(method, *THE_CUP, BUDGET) for _ in range(2))
     assert 1 < len(first) <= BUDGET.hulls
     assert all(4 <= len(cloud) <= BUDGET.hull_vertices for cloud in first)
     assert [c.tobytes() for c in first] == [c.tobytes() for c in second]

@@ -14,23 +14,20 @@ from casa_assets.library.review import DOUBTFUL
 from casa_assets.model import rejection_codes as codes
 from casa_assets.model.asset.asset import Guess
 from casa_assets.model.asset.material import Material
-from casa_assets.model.asset.parts import Mesh
 from casa_assets.model.record import Vec3
 from casa_assets.model.source import Bundle, RawModel, RawPart, Source, SourceKind, Up
 from tests.support.mesh.mesh_files import Gltf, codes_of, load_bytes
-from tests.support.mesh.meshes import box_mesh, lathe
+from tests.support.mesh.meshes import box_mesh, some
 from tests.support.mesh.raw_models import joined
-
-BALL = [(0.0, 0.1), (0.06, 0.08), (0.1, 0.0), (0.06, -0.08), (0.0, -0.1)]
 
 
 def box(size: Vec3, center: Vec3, *nodes: str) -> RawPart:
     return RawPart(name="part", mesh=box_mesh(size, center, True), material=Material(id="grey"), nodes=nodes)
 
 
-def model(*parts: RawPart, joints: int = 0) -> RawModel:
+def model(*parts: RawPart) -> RawModel:
     named = tuple(part.replace(name=f"part_{number}") for number, part in enumerate(parts))
-    return RawModel(parts=named, metres_per_unit=1.0, up=Up.Z, format="glb", joints=joints)
+    return RawModel(parts=named, metres_per_unit=1.0, up=Up.Z, format="glb")
 
 
 def guess(shown: RawModel, path: str = "thing.glb", category: str = "object") -> Guess | None:
@@ -44,27 +41,20 @@ def is_in_review(shown: RawModel, path: str = "thing.glb", category: str = "obje
     return found is not None and found.confidence < DOUBTFUL
 
 
-def stool(x: float = 0.0, name: str = "stool", gap: float = 0.0) -> list[RawPart]:
+def stool(x: float = 0.0, name: str = "stool") -> list[RawPart]:
     """A seat on four legs."""
-    legs = [box((0.04, 0.04, 0.4 - gap), (x + i * 0.15, j * 0.15, 0.2), "root", name) for i in (-1, 1) for j in (-1, 1)]
+    legs = [box((0.04, 0.04, 0.4), (x + i * 0.15, j * 0.15, 0.2), "root", name) for i in (-1, 1) for j in (-1, 1)]
     return [box((0.4, 0.4, 0.05), (x, 0, 0.425), "root", name), *legs]
-
-
-def shelf() -> list[RawPart]:
-    sides = [box((0.02, 0.3, 1.8), (x, 0, 0.9), "shelf") for x in (-0.4, 0.4)]
-    return [*sides, *(box((0.78, 0.3, 0.02), (0, 0, z), "shelf") for z in (0.1, 0.6, 1.1, 1.6))]
-
-
-def ball(center: Vec3, scale: float = 1.0) -> Mesh:
-    mesh = lathe(BALL, 12)
-    return mesh.with_vertices(scale * mesh.vertices + np.array(center))
 
 
 def test_one_object_of_many_parts_is_one(subtests: pytest.Subtests) -> None:
     for parts in [
         [box((0.1, 0.1, 0.2), (0, 0, 0.1))],
         stool(),
-        shelf(),
+        [
+            *(box((0.02, 0.3, 1.8), (x, 0, 0.9), "shelf") for x in (-0.4, 0.4)),
+            *(box((0.78, 0.3, 0.02), (0, 0, z), "shelf") for z in (0.1, 0.6, 1.1, 1.6)),
+        ],
         [box((0.2, 0.2, 0.02), (0, 0, 0.01)), box((0.02, 0.02, 0.4), (0, 0, 0.2)), box((0.3, 0.3, 0.2), (0, 0, 0.51))],
         [
             box((0.8, 0.8, 0.2), (0, 0, 0.4)),
@@ -96,9 +86,7 @@ def test_several_things_are_for_a_person(subtests: pytest.Subtests) -> None:
                 box((3, 3, 0.05), (0, 0, -0.03)),
                 box((0.05, 3, 2.5), (-1.5, 0, 1.2)),
                 box((3, 0.05, 2.5), (0, 1.5, 1.2)),
-                *stool(),
-                *stool(0.8, "second"),
-                *stool(-0.8, "third"),
+                *(part for x, name in ((0.0, "stool"), (0.8, "second"), (-0.8, "third")) for part in stool(x, name)),
             ],
             "walls stand around",
         ),
@@ -113,8 +101,7 @@ def test_several_things_are_for_a_person(subtests: pytest.Subtests) -> None:
         ),
     ]:
         with subtests.test(parts=parts, reason=reason):
-            found = guess(model(*parts))
-            assert found is not None
+            found = some(guess(model(*parts)))
             assert found.confidence < DOUBTFUL
             assert reason in found.reason
 
@@ -134,17 +121,15 @@ def test_names_of_what_is_no_household_object(subtests: pytest.Subtests) -> None
 
 
 def test_a_set_is_taken_apart_by_contact_and_named_by_its_nodes() -> None:
-    things = things_of(
-        model(*stool(0, "wooden_stool"), *stool(1.0, "metal_stool"), box((0.2, 0.2, 0.6), (2, 0, 0.3), "root", "bin"))
-    )
+    waste = box((0.2, 0.2, 0.6), (2, 0, 0.3), "root", "bin")
+    things = things_of(model(*stool(0, "wooden_stool"), *stool(1.0, "metal_stool"), waste))
     assert [(one.name, len(one.parts), one.count) for one in things] == [("bin", 1, 1), ("wooden_stool", 5, 2)]
 
 
 def test_things_on_a_ground_are_told_from_it_and_crumbs_belong_to_the_nearest() -> None:
     ground = box((2, 2, 0.02), (0, 0, -0.01), "root", "floor")
     crumb = box((0.01, 0.01, 0.01), (0.56, 0, 0.3), "root", "stool")
-    chest = box((0.5, 0.3, 0.6), (-0.6, 0, 0.3), "root", "chest")
-    things = things_of(model(ground, *stool(0.3), crumb, chest))
+    things = things_of(model(ground, *stool(0.3), crumb, box((0.5, 0.3, 0.6), (-0.6, 0, 0.3), "root", "chest")))
     assert {one.name: len(one.parts) for one in things} == {"floor": 1, "stool": 6, "chest": 1}
 
 
@@ -170,24 +155,16 @@ def test_a_thing_is_read_alone_and_its_id_hangs_on_file_and_node(tmp_path: Path)
     assert Bundle(main="other.glb", files={"other.glb": b"bytes"}, thing="bin").sha256 == digests[1]
 
 
-def instanced(count: int) -> bytes:
-    """A cube-like tetrahedron that a node places `count` times, ten units apart, each twice as large as in the mesh."""
+def test_instances_are_expanded_and_are_several_things() -> None:
+    # A cube-like tetrahedron that a node places thrice, ten units apart, each twice as large as in the mesh.
     made = Gltf([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], [0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3])
-    places = np.array([(10 * i, 0, 0) for i in range(count)], dtype="<f4")
-    attributes = {
-        "TRANSLATION": made.add(places, "VEC3"),
-        "SCALE": made.add(np.full((count, 3), 2, dtype="<f4"), "VEC3"),
-    }
+    places = made.add(np.array([(0, 0, 0), (10, 0, 0), (20, 0, 0)], dtype="<f4"), "VEC3")
+    attributes = {"TRANSLATION": places, "SCALE": made.add(np.full((3, 3), 2, dtype="<f4"), "VEC3")}
     made.node["extensions"] = {"EXT_mesh_gpu_instancing": {"attributes": attributes}}
     made.document["extensionsUsed"] = made.document["extensionsRequired"] = ["EXT_mesh_gpu_instancing"]
-    return made.glb()
-
-
-def test_instances_are_expanded_and_are_several_things() -> None:
-    read = load_bytes("x.glb", instanced(3))
+    read = load_bytes("x.glb", made.glb())
     assert read.instances == 3
-    lowest = [part.mesh.vertices.min(axis=0).tolist() for part in read.parts]
-    assert lowest == [[0, 0, 0], [10, 0, 0], [20, 0, 0]]
+    assert [part.mesh.vertices.min(axis=0).tolist() for part in read.parts] == [[0, 0, 0], [10, 0, 0], [20, 0, 0]]
     assert read.parts[0].mesh.vertices.max() == 2
     assert is_in_review(read)
     (one,) = things_of(read)

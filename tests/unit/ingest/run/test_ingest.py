@@ -1,7 +1,8 @@
-"""What a run finds, what it leaves alone, what it does again, and what it replaces."""
+"""What a run finds, what it leaves alone, does again, and replaces; files that are taken apart into their things."""
 
 from __future__ import annotations
 
+import csv
 import json
 import os
 import re
@@ -21,7 +22,7 @@ from casa_assets.ingest.run.inputs import Job, Survey, WorkerAnswers, discover_i
 from casa_assets.ingest.run.run import Options, ingest, tally
 from casa_assets.ingest.sources.places import Found
 from casa_assets.library.entry import MAX_ROWS_PER_FILE, entries
-from casa_assets.library.entry_files import file_digests
+from casa_assets.library.entry_files import file_digests, read_manifest
 from casa_assets.library.library import Library
 from casa_assets.model.asset.asset import Asset, Guess
 from casa_assets.model.issue import Decision, Issue, Report, Severity
@@ -102,9 +103,8 @@ def test_an_accepted_asset_is_kept_where_the_new_result_is_worse(copy: Path, mon
     monkeypatch.setattr(WorkerAnswers, "outcomes", reject)
     (event,) = run(copy / "in", library)
     assert (event.kind, event.decision) == ("kept", Decision.ACCEPTED)
-    assert (
-        event.reason_kept == f"{event.asset_id} is accepted, the new result was rejected (FLT005); --force replaces it"
-    )
+    said = f"{event.asset_id} is accepted, the new result was rejected (FLT005); --force replaces it"
+    assert event.reason_kept == said
     assert event.folder == library / CARTON
     with pytest.raises(typer.Exit) as ended:
         end_inputs([event], ["carton"])
@@ -139,11 +139,9 @@ def test_the_library_may_lie_in_the_source(tmp_path: Path) -> None:
     library = source / "out" / "library"
     assert kinds(run(source, library)) == ["accepted"]
     assert kinds(run(source, library)) == ["kept"]
-    assert [f.main for f in discover_inputs([source], source / "another") if isinstance(f, Found)] == [
-        "milk_carton.obj"
-    ]
-    inner = [f for f in discover_inputs([library], source / "another") if isinstance(f, Found)]
-    assert inner, "a library that is named is a source like any other"
+    every, inner = (list(discover_inputs([place], source / "another")) for place in (source, library))
+    assert [one.main for one in every if isinstance(one, Found)] == ["milk_carton.obj"]
+    assert any(isinstance(one, Found) for one in inner), "a library that is named is a source like any other"
 
 
 @pytest.mark.parametrize("named", ["meshes/milk_carton.obj", "meshes/manifest.jsonl", "meshes"])
@@ -165,11 +163,8 @@ def test_the_same_bytes_called_two_kinds_end_the_run_like_any_other(tmp_path: Pa
     (source / "one.jsonl").write_text('{"id": "a", "file": "another.obj", "category": "cereal"}\n', encoding="ascii")
     (source / "board.obj").write_text(box_obj(BOXES["cutting_board"]), encoding="ascii")
     events = {event.path: event for event in run(source, tmp_path / "library")}
-    assert {path: event.code for path, event in events.items()} == {
-        "another.obj": "",
-        "milk_carton.obj": "RUN006",
-        "board.obj": "",
-    }
+    codes = {path: event.code for path, event in events.items()}
+    assert codes == {"another.obj": "", "milk_carton.obj": "RUN006", "board.obj": ""}
 
 
 def test_a_folder_and_its_own_manifest_count_each_row_once(tmp_path: Path) -> None:
@@ -185,8 +180,7 @@ def test_very_many_bad_rows_cost_one_file(tmp_path: Path) -> None:
     """The first are told word for word, the others are counted; fixed rows are forgotten by the next run."""
     (tmp_path / "in").mkdir()
     manifest, library = tmp_path / "in" / "manifest.jsonl", tmp_path / "library"
-    rows = "".join(f'{{"id": "n{i}", "file": "n{i}.glb"}}\n' for i in range(5000))
-    manifest.write_text(rows, encoding="ascii")
+    manifest.write_text("".join(f'{{"id": "n{i}", "file": "n{i}.glb"}}\n' for i in range(5000)), encoding="ascii")
     events = run(tmp_path / "in", library)
     assert len(events) == MAX_ROWS_PER_FILE + 1
     assert (events[-1].count, events[-1].code, events[-1].total) == (5000 - MAX_ROWS_PER_FILE, "SRC020", 5000)
@@ -215,28 +209,25 @@ def test_names_of_any_kind(tmp_path: Path) -> None:
     assert "\x1b" not in lines
 
 
-def test_an_unknown_category_leaves_no_trace(tmp_path: Path) -> None:
+def test_what_no_run_can_do_is_told_before_it_begins(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """An unknown category, and a machine that cannot draw."""
     with pytest.raises(UnknownId, match="did you mean"):
         run(write_box(tmp_path / "in"), tmp_path / "library", category="mugg")
     assert not (tmp_path / "library").exists()
-
-
-def test_a_machine_that_cannot_draw_is_told_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "blocked").mkdir()
-    (tmp_path / "blocked" / "sitecustomize.py").write_text(
-        "import sys\nsys.modules['mujoco.egl'] = sys.modules['mujoco.osmesa'] = None\n", encoding="ascii"
-    )
+    code = "import sys\nsys.modules['mujoco.egl'] = sys.modules['mujoco.osmesa'] = None\n"
+    (tmp_path / "blocked" / "sitecustomize.py").write_text(code, encoding="ascii")
     monkeypatch.setenv("PYTHONPATH", str(tmp_path / "blocked"))
     with pytest.raises(CasaError, match="apt-get install"):
-        run(write_box(tmp_path / "in"), tmp_path / "library")
+        run(tmp_path / "in", tmp_path / "library")
     assert entries_of(tmp_path / "library") == []
     assert list((tmp_path / "library" / ".casa" / "staging").iterdir()) == []
 
 
 def test_a_copy_in_other_units_is_turned_away_unless_it_is_wanted(tmp_path: Path) -> None:
     source = write_box(tmp_path / "in")
-    wide, tall, deep = (100 * side for side in BOXES["milk_carton"])
-    (source / "milk_copy.obj").write_text(box_obj((wide, tall, deep)), encoding="ascii")
+    x, y, z = BOXES["milk_carton"]
+    (source / "milk_copy.obj").write_text(box_obj((100 * x, 100 * y, 100 * z)), encoding="ascii")
     library = tmp_path / "library"
     events = run(source, library)
     assert [(e.path, e.kind, e.code) for e in events] == [
@@ -252,9 +243,7 @@ def test_a_copy_in_other_units_is_turned_away_unless_it_is_wanted(tmp_path: Path
     assert [(i["code"], i["pointer"]) for i in issues if i["pointer"]] == [("LIB001", wanted[1].asset_id)]
 
 
-def test_where_no_way_up_is_better_the_files_are_those_of_the_first(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_where_no_way_up_is_better_files_are_of_the_first(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Shapes of a table that fit in no pose: report and files are of the same asset."""
     tried: list[tuple[str, ...]] = []
     written: list[Asset] = []
@@ -269,12 +258,57 @@ def test_where_no_way_up_is_better_the_files_are_those_of_the_first(
     monkeypatch.setattr(steps, "build_asset", build)
     monkeypatch.setattr(steps, "write_package", lambda asset, _: written.append(asset))
     monkeypatch.setattr(steps, "check_package", lambda *_: Report(subject="box", issues=(fault,)))
-    (found,) = (
-        one for one in discover_inputs([write_box(tmp_path / "in")], tmp_path / "library") if isinstance(one, Found)
-    )
+    (found,) = discover_inputs([write_box(tmp_path / "in")], tmp_path / "library")
+    assert isinstance(found, Found)
     job = Job(found, Survey("0" * 64, "object", 1.0, ""), "object_0", tmp_path, {}, "")
     library = Library(tmp_path / "library")
     with library.locked():
         asset, _ = steps._built(job, Bundle(main="a", files={}), registry.load().category("object"), library)
     assert tried == [(), ("x",), ("x", "y")]
     assert written[-1] == asset == written[0]
+
+
+def set_obj() -> str:
+    """Two equal milk cartons and a box of cereal that stand apart, an object of the file each; metres."""
+    lines: list[str] = []
+    for number, name in enumerate(("milk_carton", "cereal_box", "milk_carton.001")):
+        lines.append(f"o {name}")
+        for line in box_obj(BOXES[name.partition(".")[0]]).splitlines():
+            word, *rest = line.split()
+            if word == "v":
+                lines.append(f"v {float(rest[0]) + number} {rest[1]} {rest[2]}")
+            elif word == "f":
+                lines.append("f " + " ".join(str(int(corner.split("/")[0]) + 8 * number) for corner in rest))
+    return "\n".join(lines) + "\n"
+
+
+def test_a_set_is_one_asset_of_each_thing(tmp_path: Path) -> None:
+    source, library = tmp_path / "in", tmp_path / "library"
+    source.mkdir()
+    (source / "breakfast.obj").write_text(set_obj(), encoding="ascii")
+    run(source, library)
+    (whole,) = entries(Library(library))
+    assert whole.source_path == "breakfast.obj"
+    assert not whole.accepted or "things" in whole.to_decide
+    events = run(source, library, split=True)
+    assert sorted(event.path for event in events) == ["breakfast.obj#cereal_box", "breakfast.obj#milk_carton"]
+    found = {entry.source_path: entry for entry in entries(Library(library))}
+    assert {path: entry.category for path, entry in found.items()} == {
+        "breakfast.obj#cereal_box": "cereal",
+        "breakfast.obj#milk_carton": "milk",
+    }, "what was made of the whole file is taken away"
+    milk = found["breakfast.obj#milk_carton"]
+    assert milk.accepted
+    assert any("2 equal ones" in issue.message for issue in milk.warnings)
+    said = read_manifest(library / milk.path).asset["provenance"]
+    assert (said["path"], said["node"]) == ("breakfast.obj", "milk_carton")
+    again = run(source, library, split=True)
+    assert {(event.kind, event.asset_id) for event in again} == {("kept", event.asset_id) for event in events}
+    listed = library / "review.csv"  # there is none where nothing is left to decide
+    rows = list(csv.DictReader(listed.read_text(encoding="utf-8").splitlines())) if listed.exists() else []
+    assert {row["input"] for row in rows} <= set(found)
+
+
+def test_a_single_object_of_many_parts_is_left_whole(tmp_path: Path) -> None:
+    (event,) = run(write_box(tmp_path / "in"), tmp_path / "library", split=True)
+    assert (event.kind, event.path) == ("accepted", "milk_carton.obj")

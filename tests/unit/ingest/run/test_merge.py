@@ -1,4 +1,7 @@
-"""Shards that are merged are the library of one run, byte for byte; what is damaged, missing or foreign is told."""
+"""Which shard an input belongs to; shards that are merged are the library of one run, byte for byte.
+
+What is damaged, missing or foreign is told.
+"""
 
 from __future__ import annotations
 
@@ -11,22 +14,32 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from casa_assets.errors import OutputError
+from casa_assets.errors import CasaError, OutputError
+from casa_assets.ingest.run import shards as record
+from casa_assets.ingest.run.inputs import discover_inputs
 from casa_assets.ingest.run.merge import merge
 from casa_assets.ingest.run.run import Options, ingest
-from casa_assets.ingest.run.shards import SHARD_FILE, Shard, index_of
+from casa_assets.ingest.run.shards import SHARD_FILE, Recorder, Shard, ShardHeader, file_of, index_of
+from casa_assets.ingest.sources.places import Found, Refused
+from casa_assets.library import entry as refused_rows
 from casa_assets.library import review
+from casa_assets.library.entry import RefusedFile, RefusedRows
 from casa_assets.library.entry_files import REFUSAL
+from casa_assets.library.library import Library
+from casa_assets.model.source import Source, SourceKind
 from casa_assets.runs.outcome import Event
 from tests.support.library.libraries import BOXES, ROOT, box_obj, casa_here, entries_of
 from tests.support.library.sharded_inputs import make_sharded_inputs, public_differences, run_shards
-from tests.unit.ingest.run.test_split import set_obj
+from tests.unit.ingest.run.test_ingest import set_obj
 
 pytestmark = pytest.mark.content("code", "ingest.run.shards", keep=0)
 
@@ -89,27 +102,23 @@ def test_the_inputs_are_what_shards_alone_would_decide_otherwise(made: Made) -> 
 
 
 def test_three_shards_are_one_run(made: Made, tmp_path: Path) -> None:
-    events = list(merge(made.shards, tmp_path / "library"))
-    assert public_differences(made.one, tmp_path / "library") == []
+    library = tmp_path / "library"
+    events = list(merge(made.shards, library))
+    assert public_differences(made.one, library) == []
     assert {event.total for event in events} == {len(events)} == {16}
-    before = {path: path.stat().st_mtime_ns for path in (tmp_path / "library").rglob("*") if ".casa" not in path.parts}
-    again = list(merge(made.shards[::-1], tmp_path / "library"))
+    before = {path: path.stat().st_mtime_ns for path in library.rglob("*") if ".casa" not in path.parts}
+    again = list(merge(made.shards[::-1], library))
     assert {event.kind for event in again} == {"kept"}
-    assert {
-        path: path.stat().st_mtime_ns for path in (tmp_path / "library").rglob("*") if ".casa" not in path.parts
-    } == before
-    assert {event.kind for event in ingest([made.source], Options(tmp_path / "library", jobs=1))} == {"kept"}
-    assert public_differences(made.one, tmp_path / "library") == []
+    assert {path: path.stat().st_mtime_ns for path in library.rglob("*") if ".casa" not in path.parts} == before
+    assert {event.kind for event in ingest([made.source], Options(library, jobs=1))} == {"kept"}
+    assert public_differences(made.one, library) == []
 
 
-def _no_links(*_: Any) -> None:
-    raise OSError(errno.EXDEV, "Invalid cross-device link")
+def test_a_file_that_is_damaged_on_its_way_is_told(made: Made, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def no_links(*_: Any) -> None:
+        raise OSError(errno.EXDEV, "Invalid cross-device link")
 
-
-def test_a_file_that_was_damaged_on_its_way_is_told(
-    made: Made, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(os, "link", _no_links)
+    monkeypatch.setattr(os, "link", no_links)
     shards = copies(made.shards, tmp_path)
     (model,) = (found for shard in shards for found in shard.glob("cutting_board/*/model.xml"))
     model.write_bytes(model.read_bytes()[:-1] + b" ")
@@ -212,9 +221,7 @@ def test_decisions_of_people_are_those_of_one_run(tmp_path: Path) -> None:
     assert public_differences(tmp_path / "one", library) == []
     for place in (tmp_path / "one", library):
         decide(place, category="bread", mass_kg="0,5")
-    with pytest.raises(
-        OutputError, match=r"since a person decided about it in review\.csv; copy .*library/review\.csv"
-    ):
+    with pytest.raises(OutputError, match=r"a person decided about it in review\.csv; copy .*library/review\.csv"):
         list(merge(shards, library))
     for shard in shards:
         shutil.copy(library / review.NAME, shard / review.NAME)
@@ -241,12 +248,10 @@ def bare(tmp_path_factory: pytest.TempPathFactory) -> Made:
     return Made(folder / "in", folder / "none", run_shards(folder / "in", folder, 2))
 
 
-def edited(shard: Path, edit: Callable[[dict[str, Any]], None], line: int = 0) -> None:
+def edit(shard: Path, line: int = 0, **changes: Any) -> None:
     """Change a line of the record of a shard."""
     lines = (shard / SHARD_FILE).read_text(encoding="utf-8").splitlines()
-    said = json.loads(lines[line])
-    edit(said)
-    lines[line] = json.dumps(said)
+    lines[line] = json.dumps(json.loads(lines[line]) | changes)
     (shard / SHARD_FILE).write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
@@ -271,11 +276,9 @@ def edited(shard: Path, edit: Callable[[dict[str, Any]], None], line: int = 0) -
         ({"surveys": [{"category": "mug"}]}, 1, r"line 2 is damaged \(a digest is missing"),
     ],
 )
-def test_what_does_not_belong_together_is_told(
-    bare: Made, tmp_path: Path, change: dict[str, Any], line: int, words: str
-) -> None:
+def test_shards_of_two_runs_are_told(bare: Made, tmp_path: Path, change: dict[str, Any], line: int, words: str) -> None:
     shards = copies(bare.shards, tmp_path)
-    edited(shards[1], lambda said: said.update(change), line)
+    edit(shards[1], line, **change)
     with pytest.raises(OutputError, match=words):
         list(merge(shards, tmp_path / "library"))
     assert not (tmp_path / "library").exists()
@@ -284,7 +287,7 @@ def test_what_does_not_belong_together_is_told(
 def test_sources_that_change_between_shards_are_told(bare: Made, tmp_path: Path) -> None:
     shards, source = copies(bare.shards, tmp_path / "old"), tmp_path / "in"
     for shard in shards:
-        edited(shard, lambda said: said.update(cache_key="0" * 64))
+        edit(shard, cache_key="0" * 64)
     with pytest.raises(OutputError, match="another version of casa-assets; merge with that one, or run all"):
         list(merge(shards, tmp_path / "library"))
     shards = copies(bare.shards, tmp_path)
@@ -364,3 +367,96 @@ def test_the_command_line(bare: Made, tmp_path: Path) -> None:
     many = next(f"{i}/50" for i in range(1, 51) if all(index_of(f"{n}.glb", 50) != i for n in range(4, 8)))
     done = casa_here("ingest", bare.source, "--shard", many, "--library", tmp_path / "x", "--jobs", 1)
     assert (done.returncode, f"shard {many} has none of the inputs" in done.stdout) == (0, True), done.stderr
+
+
+def test_what_is_no_shard_is_refused(subtests: pytest.Subtests) -> None:
+    for text in ["", "3", "0/4", "5/4", "-1/4", "1/0", "0/0", "1/4/2", "a/b", "1/4 ", "²/4"]:
+        with subtests.test(text=text), pytest.raises(CasaError, match=r"i from 1 to n"):
+            Shard.parse(text)
+
+
+def test_the_shard_of_a_file_follows_from_its_path_alone() -> None:
+    # Another number here would send every file of a user's shards elsewhere: what they have made would be made again.
+    assert [index_of(f"meshes/{i}.glb", 16) for i in range(6)] == [14, 12, 12, 3, 14, 1]
+    sizes = Counter(index_of(f"meshes/{i}.glb", 8) for i in range(8000))
+    assert sorted(sizes) == list(range(1, 9))
+    assert min(sizes.values()) > 900
+    assert max(sizes.values()) < 1100
+
+
+def test_each_input_is_in_one_shard_with_its_archive_and_files_that_come_change_no_other(tmp_path: Path) -> None:
+    source = make_sharded_inputs(tmp_path / "in")
+    inputs = [one for one in discover_inputs([source], tmp_path / "library") if isinstance(one, Found)]
+    assert {file_of(one) for one in inputs if one.archive} == {"pack.zip"}
+    assert {file_of(one) for one in inputs if one.source.uid} == {"rows/box.obj"}
+
+    def shards() -> dict[str, list[int]]:
+        of: dict[str, list[int]] = {}
+        for one in discover_inputs([source], tmp_path / "library"):
+            name = one.source.place if isinstance(one, Found) else f"{one.path} {one.message}"
+            of[name] = [index for index in range(1, 6) if Shard(index, 5).has(one)]
+        return of
+
+    before = shards()
+    assert {len(indices) for indices in before.values()} == {1}
+    (source / "a_new_one.obj").write_text("v 0 0 0\n", encoding="ascii")
+    after = shards()
+    assert {name: after[name] for name in before} == before
+
+
+@given(
+    rows=st.lists(st.tuples(st.sampled_from("abcdef"), st.sampled_from(["MAN001", "SRC020"])), max_size=60),
+    count=st.integers(1, 4),
+)
+def test_refused_rows_of_shards_are_those_of_one_run(
+    tmp_path_factory: pytest.TempPathFactory, rows: list[tuple[str, str]], count: int
+) -> None:
+    library = Library(tmp_path_factory.getbasetemp() / "none")
+    inputs = [Refused(path, code, f"row {number}") for number, (path, code) in enumerate(rows)]
+    with pytest.MonkeyPatch.context() as patch:
+        for module in (refused_rows, record):
+            patch.setattr(module, "MAX_FILES", 4)
+        patch.setattr(refused_rows, "MAX_ROWS_PER_FILE", 3)
+        assert _put_together(library, inputs, count) == _of(library, inputs)
+
+
+def _of(library: Library, inputs: Sequence[Refused]) -> list[RefusedFile]:
+    rows = RefusedRows(library)
+    for one in inputs:
+        rows.add(one)
+    return list(rows.files())
+
+
+def recorder(library: Library, index: int, count: int) -> Recorder:
+    words = {"category": "", "split": False, "keep_duplicates": False, "limits": {}, "cache_key": "", "made_by": ""}
+    return Recorder(library, ShardHeader(index=index, count=count, is_complete=False, roots=(), **words))
+
+
+def _put_together(library: Library, inputs: Sequence[Refused], count: int) -> list[RefusedFile]:
+    """The refused files of all shards, as a merge puts them together."""
+    lines = []
+    digests = set()
+    for index in range(1, count + 1):
+        discovery = recorder(library, index, count)
+        assert list(discovery.own(inputs)) == [one for one in inputs if Shard(index, count).has(one)]
+        assert discovery.count == len(inputs)
+        digests.add(discovery.digest)
+        lines += discovery.refused()
+    assert len(digests) == 1
+    lines.sort(key=lambda line: line.number)
+    return _of(library, [one for line in lines for one in line.inputs if isinstance(one, Refused)])
+
+
+def test_other_inputs_have_another_digest(tmp_path: Path) -> None:
+    def digest(*inputs: Found | Refused) -> str:
+        discovery = recorder(Library(tmp_path), 1, 2)
+        list(discovery.own(inputs))
+        return discovery.digest
+
+    def found(**said: str) -> Found:
+        return Found(tmp_path, "a.obj", Source(kind=SourceKind.FOLDER, path="a.obj", **said))  # type: ignore[arg-type]
+
+    row = Refused("m.jsonl", "MAN001", "m.jsonl line 1")
+    digests = [digest(found()), digest(found(title="mug")), digest(found(), row), digest(row, found()), digest()]
+    assert len(set(digests)) == len(digests)
+    assert digest(Found(tmp_path / "elsewhere", "a.obj", found().source)) == digests[0]
