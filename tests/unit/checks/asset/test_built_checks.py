@@ -25,13 +25,17 @@ from tests.support.asset.examples import between, check_examples
 from tests.support.asset.packages import LIMITS, codes, judged, number, packed, written
 from tests.support.mesh.meshes import box_mesh
 
-OURS = ("AST017", "VIS009", "VIS010", "KIN", "HOL")
 Build = Callable[[], Asset]
 
 
 def pressed_against_a_soft_stop() -> Asset:
     """The spring of its key is held by a limit as soft as MuJoCo's own."""
     return made.joint_changed("key_press", limit_impedance=(0.9, 0.95, 0.001, 0.5, 2.0), limit_margin=0.0)
+
+
+def sprung(stiffness: float, target: float) -> Asset:
+    """Its drawer has a spring."""
+    return made.joint_changed("drawer_slide", drive=Drive(stiffness=stiffness, damping=0.0, target=target))
 
 
 def framed_handle(gap: float) -> Asset:
@@ -51,17 +55,10 @@ EXAMPLES: dict[str, tuple[Build, Build]] = {
     "KIN003": between(lambda n: made.joint_changed("drawer_slide", frictionloss=n), 0.3, 0.1),
     "KIN004": between(lambda n: made.joint_changed("key_press", frictionloss=n), 0.5, 2.5),
     "KIN005": between(made.with_pointer, 0.06, 0.16),
-    "KIN006": between(
-        lambda n: made.joint_changed("drawer_slide", drive=Drive(stiffness=n, damping=0.0, target=0.0)), 15.0, 40.0
-    ),
+    "KIN006": between(lambda n: sprung(n, 0.0), 15.0, 40.0),
     "KIN007": (made.cupboard, lambda: made.joint_changed("drawer_slide", grip=None)),
-    "KIN008": between(
-        lambda angle: made.joint_changed("door_hinge", axis=(math.sin(angle), 0.0, math.cos(angle))), 0.0, 0.001
-    ),
-    "KIN009": (
-        microwave,
-        lambda: microwave().replace(joints=tuple(j.replace(damping=200.0) for j in microwave().joints)),
-    ),
+    "KIN008": between(lambda x: made.joint_changed("door_hinge", axis=(x, 0.0, math.sqrt(1 - x * x))), 0.0, 0.001),
+    "KIN009": (microwave, lambda: microwave().replace(joints=(microwave().joints[0].replace(damping=200.0),))),
     "KIN010": (made.cupboard, pressed_against_a_soft_stop),
     "KIN011": between(framed_handle, 0.015, 0.009),
     "HOL001": (made.cupboard, lambda: made.filled_to(0.1)),
@@ -73,26 +70,20 @@ def test_each_code_is_tripped_by_its_fault_alone(code: str, tmp_path: Path) -> N
     check_examples(code, *(judged(make(), tmp_path) for make in EXAMPLES[code]))
 
 
-def test_good_is_silent_in_both_formats(tmp_path: Path) -> None:
+def test_good_is_silent_in_both_formats_and_what_came_as_a_mesh_is_left_to_the_other_rows(tmp_path: Path) -> None:
     good = made.cupboard()
-    assert run(good, good.id, LIMITS).issues == ()
-    assert run(written(good, tmp_path), good.id, LIMITS).issues == ()
-
-
-@pytest.mark.parametrize("build", [microwave, drawer_unit])
-def test_what_came_as_a_mesh_is_left_to_the_other_rows(build: Build, tmp_path: Path) -> None:
-    asset = build()
-    rows = [check for check in TABLE if check.code.startswith(OURS)]
-    for subject in (asset, packed(asset, tmp_path)):
-        assert run(subject, asset.id, LIMITS, table=rows).issues == ()
+    for subject in (good, written(good, tmp_path)):
+        assert run(subject, good.id, LIMITS).issues == ()
+    rows = [check for check in TABLE if check.code.startswith(("AST017", "VIS009", "VIS010", "KIN", "HOL"))]
+    for asset in (microwave(), drawer_unit()):
+        for subject in (asset, packed(asset, tmp_path)):
+            assert run(subject, asset.id, LIMITS, table=rows).issues == ()
 
 
 class TestForce:
     def test_a_drawer_that_opens_by_itself(self, tmp_path: Path) -> None:
-        pushed = made.joint_changed("drawer_slide", drive=Drive(stiffness=60.0, damping=0.0, target=0.12))
-        found = [issue for issue in judged(pushed, tmp_path).issues if issue.code == "KIN003"]
-        assert [issue.pointer for issue in found] == ["joints/drawer_slide"]
-        assert "opens by itself" in found[0].message
+        (found,) = (issue for issue in judged(sprung(60.0, 0.12), tmp_path).issues if issue.code == "KIN003")
+        assert (found.pointer, "opens by itself" in found.message) == ("joints/drawer_slide", True)
 
     @pytest.mark.parametrize(("share", "moves"), [(0.9, False), (1.1, True)])
     @pytest.mark.parametrize("name", ["door_hinge", "drawer_slide", "knob_turn", "key_press"])
@@ -129,8 +120,7 @@ class TestClearance:
         barred = made.with_shapes("object", bar)
         assert {"KIN005", "MJC009"} <= codes(barred, tmp_path)
         excluded = barred.replace(exclusions=({"first": "object", "second": "door"},))
-        assert {"KIN005"} <= codes(excluded, tmp_path) - {"MJC009"}
-        assert "MJC009" not in codes(excluded, tmp_path)
+        assert codes(excluded, tmp_path) & {"KIN005", "MJC009"} == {"KIN005"}
 
     @pytest.mark.parametrize("at", np.linspace(-0.1, -0.112, 7))
     def test_thin_parts_that_pass_between_two_poses_meet(self, at: float, tmp_path: Path) -> None:
@@ -178,15 +168,13 @@ def test_other_grips_that_are_wrong(subtests: pytest.Subtests) -> None:
             assert message in issue.message
 
 
-def test_mass_beside_the_hull() -> None:
-    """Within the box around a bent thing, but outside its hull."""
-    inertial = made.cupboard().link("door").inertial.replace(center_of_mass=(0.02, -0.05, 0.18))
-    asset = made.link_changed("door", inertial=inertial)
-    (issue,) = run(asset, asset.id, LIMITS).issues
-    assert (issue.code, issue.pointer) == ("AST017", "links/door/inertial")
-
-
 class TestInterior:
+    def test_mass_beside_the_hull(self) -> None:
+        """Within the box around a bent thing, but outside its hull."""
+        inertial = made.cupboard().link("door").inertial.replace(center_of_mass=(0.02, -0.05, 0.18))
+        (issue,) = run(made.link_changed("door", inertial=inertial), "cupboard", LIMITS).issues
+        assert (issue.code, issue.pointer) == ("AST017", "links/door/inertial")
+
     def test_a_block_that_hangs_from_the_top_and_a_solid_drawer(self, tmp_path: Path) -> None:
         (issue,) = judged(made.filled_to(-0.1), tmp_path).issues
         assert (issue.code, issue.pointer) == ("HOL001", "regions/int")
@@ -202,11 +190,8 @@ class TestInterior:
         assert (issue.code, issue.pointer) == ("HOL001", "regions/int")
         assert number("HOL001", bad, tmp_path) == pytest.approx(0.18, abs=0.005)
         slot = whole.regions[1].replace(pose=Pose(position=(0.0, -0.01, 0.06)), size=(0.2, 0.03, 0.08))
-        walls = tuple(
-            made.shape(f"w_{i}", (0.2, 0.01, 0.08), (0.0, -0.01 + s * 0.021, 0.06)) for i, s in enumerate((-1, 1))
-        )
-        carcass = whole.root.replace(colliders=(*whole.root.colliders, *walls))
-        toaster = whole.replace(links=(carcass, *whole.links[1:]), regions=(whole.regions[0], slot, whole.regions[2]))
+        walls = (made.shape(f"w_{k}", (0.2, 0.01, 0.08), (0.0, (-0.031, 0.011)[k], 0.06)) for k in range(2))
+        toaster = made.with_shapes("object", *walls).replace(regions=(whole.regions[0], slot, whole.regions[2]))
         assert codes(toaster, tmp_path) == set()
 
 
@@ -214,7 +199,7 @@ class TestLooks:
     def test_a_picture_without_coordinates(self) -> None:
         panel = made.cupboard().link("door").visuals[0]
         bare = made.link_changed("door", visuals=(panel.replace(mesh=panel.mesh.replace(uv=None)),))
-        (issue,) = [i for i in run(bare, bare.id, LIMITS).issues if i.code == "VIS009"]
+        (issue,) = (i for i in run(bare, bare.id, LIMITS).issues if i.code == "VIS009")
         assert "no texture coordinates" in issue.message
 
     def test_what_flickers(self, subtests: pytest.Subtests) -> None:

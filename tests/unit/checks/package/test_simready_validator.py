@@ -10,7 +10,6 @@ import pytest
 
 from casa_assets.checks import simready, simready_python
 from casa_assets.checks.check import run
-from casa_assets.checks.readers import usd_facts
 from casa_assets.families import build
 from casa_assets.ingest.run import steps
 from casa_assets.layouts.run import check
@@ -99,9 +98,8 @@ def test_a_python_that_cannot_import_it_keeps_nothing_out(tmp_path: Path, monkey
 def test_without_mujocos_reader_of_usd_an_asset_and_a_kitchen_pass(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(usd_facts, "missing_importer", lambda: "it is not installed")
-    monkeypatch.setattr("casa_assets.checks.package.usd.missing_importer", lambda: "it is not installed")
-    monkeypatch.setattr("casa_assets.checks.scene.formats.missing_importer", lambda: "it is not installed")
+    for module in ("readers.usd_facts", "package.usd", "scene.formats"):
+        monkeypatch.setattr(f"casa_assets.checks.{module}.missing_importer", lambda: "it is not installed")
     asset = run(written(rigid_mug(), tmp_path), "mug", load().limits)
     kitchen = run(in_all_forms(room((block("crate", (0.2, 0.2, 0.2)), at(0.0, 0.0, 0.0))), tmp_path), "room", LIMITS)
     absent = {r.code for r in (*asset.results, *kitchen.results) if r.reason == "it is not installed" and r.waived}
