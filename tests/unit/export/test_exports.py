@@ -78,7 +78,8 @@ def test_an_asset_that_reads_back_otherwise_is_refused(
 
 
 def test_who_made_the_assets_of_kitchens_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(export, "build_scene", lambda recipe, _: (None, corner().replace(id=recipe.scene_id)))
+    scene = corner()
+    monkeypatch.setattr(export, "build_scene", lambda recipe, _: (resolve(recipe), scene.replace(id=recipe.scene_id)))
     monkeypatch.setattr(export, "run_batch", in_this_process)
     ids = ["l_small__coastal", "l_small__rustic"]
     assert [one.id for one in export_scenes(URDF, ids, tmp_path / "out", 1)] == ids
