@@ -68,9 +68,9 @@ def test_each_state_is_at_rest_in_robocasa_too_and_an_environment_begins_in_the_
         assert moved <= 0.005
         assert parked <= 0.001
     begun = {row[1]: row[2] for row in rows if row[0] == "begun"}
-    for asked, far in begun.items():
+    for state, far in begun.items():
         nearest = min(range(COUNT), key=lambda k: far[k])
         assert far[nearest] <= 0.005
         assert sorted(far)[1] > 0.05
-        assert asked == "random" or nearest == int(asked)
+        assert state == "random" or nearest == int(state)
     assert set(begun) == {"1", "random"}
