@@ -37,15 +37,13 @@ def is_published(library: Path, verb: str) -> bool:
     return any(("articulated" in name) == (verb == "articulate") for name in names)
 
 
-STAGED = ("model.xml", "preview.png", "usd", "asset.json")
-MOMENTS = [*map(in_staging, STAGED), is_published]
+MOMENTS = [*map(in_staging, ("model.xml", "preview.png", "usd", "asset.json")), is_published]
 
 
-@pytest.fixture(scope="module")
-def mesh(tmp_path_factory: pytest.TempPathFactory) -> Path:
+@pytest.fixture
+def mesh(tmp_path: Path) -> Path:
     vertices, faces, _ = microwave()
-    folder = tmp_path_factory.mktemp("in")
-    return obj(folder / "microwave.obj", vertices, faces)
+    return obj(tmp_path / "microwave.obj", vertices, faces)
 
 
 def arguments(verb: str, mesh: Path, library: Path) -> list[object]:
@@ -56,9 +54,8 @@ def arguments(verb: str, mesh: Path, library: Path) -> list[object]:
 
 def killed_at(moment: Moment, verb: str, mesh: Path, library: Path) -> None:
     """SIGKILL to a run and all that it started, once it has come to a moment (or to its end)."""
-    run = subprocess.Popen(
-        command(*arguments(verb, mesh, library)), cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-    )
+    words = command(*arguments(verb, mesh, library))
+    run = subprocess.Popen(words, cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     while run.poll() is None and not moment(library, verb):
         time.sleep(0.001)
     every = [process.pid for process in trees([run.pid])[run.pid]]  # program, server of the workers, workers
@@ -86,7 +83,7 @@ def entries(library: Path) -> dict[str, bytes | None]:
 
 def test_two_whole_entries_after_one_kill_each_and_alike_in_both_orders(mesh: Path, tmp_path: Path) -> None:
     killed, undisturbed = tmp_path / "killed", tmp_path / "undisturbed"
-    take_into_one_library(mesh, killed, ORDERS[0], [in_staging("model.xml")])
+    take_into_one_library(mesh, killed, ORDERS[0], MOMENTS[:1])
     for verb in ORDERS[1]:
         casa_here(*arguments(verb, mesh, undisturbed))
     assert entries(killed) == entries(undisturbed)

@@ -30,14 +30,12 @@ DRAWN_OTHERWISE = ("vertex colours", "glass")
 # A wedge: no mirror image of it is the thing itself. Corners in glTF axes, y up, front to +z.
 WEDGE = [(0, 0, 0), (2, 0, 0), (2, 0, 1), (0, 0, 1), (0, 1.6, 0), (2, 0.5, 0), (2, 0.5, 1), (0, 1.6, 1)]
 SIDES = [(3, 2, 6, 7), (1, 0, 4, 5), (0, 3, 7, 4), (2, 1, 5, 6), (7, 6, 5, 4), (0, 1, 2, 3)]
-CORNERS = [(0, 1), (1, 1), (1, 0), (0, 0)]
+POINTS, CORNERS = [WEDGE[k] for side in SIDES for k in side], [(0, 1), (1, 1), (1, 0), (0, 0)]
 
 
 def wedge() -> Gltf:
     """A wedge of six sides, each with the whole picture."""
-    points = [WEDGE[k] for side in SIDES for k in side]
-    indices = [4 * i + k for i in range(6) for k in (0, 1, 2, 0, 2, 3)]
-    made = Gltf(points, indices)
+    made = Gltf(POINTS, [4 * i + k for i in range(6) for k in (0, 1, 2, 0, 2, 3)])
     made.attributes["TEXCOORD_0"] = made.add(np.array(CORNERS * 6, dtype="<f4"), "VEC2")
     return made
 
@@ -64,21 +62,18 @@ def paint(color: tuple[float, ...], **more: object) -> dict[str, object]:
 def colored() -> Gltf:
     """Vertex colours: red below, blue above."""
     made = wedge()
-    high = np.array([WEDGE[k][1] > 0 for side in SIDES for k in side])
-    made.attributes["COLOR_0"] = made.add(
-        np.where(high[:, None], [[0.0, 0.0, 1.0]], [[1.0, 0.0, 0.0]]).astype("<f4"), "VEC3"
-    )
+    colors = np.array([(0, 0, 1) if high > 0 else (1, 0, 0) for _, high, _ in POINTS], dtype="<f4")
+    made.attributes["COLOR_0"] = made.add(colors, "VEC3")
     return made
 
 
 def several() -> Gltf:
     """A side of each material: red, green, blue, and the rest yellow."""
     made = wedge()
-    corners = np.arange(24).reshape(6, 4)
     primitives = []
     for k, sides in enumerate(([0], [2], [4], [1, 3, 5])):
-        flat = [int(c) for s in sides for c in corners[s][[0, 1, 2, 0, 2, 3]]]
-        indices = made.add(np.array(flat, dtype="<u2"), "SCALAR")
+        corners = [4 * side + corner for side in sides for corner in (0, 1, 2, 0, 2, 3)]
+        indices = made.add(np.array(corners, dtype="<u2"), "SCALAR")
         primitives.append({"attributes": made.attributes, "indices": indices, "material": k})
     made.document["meshes"] = [{"primitives": primitives}]
     made.document["materials"] = [paint((*c, 1)) for c in ((1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 0))]

@@ -27,9 +27,6 @@ FINGER = "gripper0_right_finger1_pad_collision"
 BASE = ("mobilebase0_joint_mobile_forward", "mobilebase0_joint_mobile_side", "mobilebase0_joint_torso_height")
 
 
-# Robot ---------------------------------------------------------------------------------------------------------------
-
-
 def retreat(env: Any) -> None:
     set_robot_to_position(env, np.array(AWAY))
 
@@ -45,9 +42,6 @@ def press(env: Any, geom: str) -> None:
     env.update_state()
     retreat(env)
     env.update_state()
-
-
-# Fixtures ------------------------------------------------------------------------------------------------------------
 
 
 def once(act: Callable[[Any], object]) -> Callable[[Any], Attempts]:
@@ -82,11 +76,6 @@ def warm(env: Any) -> None:
     env.sink.set_temp_state(env, env.rng, min_temp=low, max_temp=high)
 
 
-def doors(fixture: Any) -> list[str]:
-    """Joints that RoboCasa asks whether a fixture is open; of a refrigerator those of its upper compartment."""
-    return list(getattr(fixture, "_fridge_door_joint_names", None) or fixture.door_joint_names)
-
-
 def pressed(env: Any, fixture: Any, key: str) -> Attempts:
     press(env, f"{fixture.naming_prefix}{key}")
     yield
@@ -112,9 +101,6 @@ def arrived(env: Any) -> Attempts:
                 yield
 
 
-# Objects -------------------------------------------------------------------------------------------------------------
-
-
 def put(env: Any, thing: Any, foot: Any, quaternion: Any = LYING) -> list[str]:
     """Stand an object on a point of the world, turned by a quaternion (w, x, y, z).
 
@@ -129,13 +115,9 @@ def put(env: Any, thing: Any, foot: Any, quaternion: Any = LYING) -> list[str]:
     env.sim.data.set_joint_qvel(joint, np.zeros(6))
     env.sim.forward()
     own = set(thing.contact_geoms)
-    met = []
-    for contact in env.sim.data.contact[: env.sim.data.ncon]:
-        if contact.dist > 0.0:
-            continue
-        names = [env.sim.model.geom_id2name(g) for g in (contact.geom1, contact.geom2)]
-        met += [other for name, other in (names, names[::-1]) if name in own]
-    return met
+    touching = [c for c in env.sim.data.contact[: env.sim.data.ncon] if c.dist <= 0.0]
+    pairs = [[env.sim.model.geom_id2name(g) for g in (c.geom1, c.geom2)] for c in touching]
+    return [other for names in pairs for name, other in (names, names[::-1]) if name in own]
 
 
 def in_boxes(env: Any, thing: Any, boxes: Any) -> Attempts:
@@ -194,8 +176,9 @@ def at_site(env: Any, name: str, fixture: Any, site: str) -> Attempts:
             yield
 
 
-def fridge_regions(env: Any, kind: str, **where: int) -> list[str]:
-    return list(env.fridge.get_reset_regions(env, compartment="fridge", reg_type=(kind), **where))
+def in_fridge(env: Any, kind: str, **where: int) -> Attempts:
+    regions = env.fridge.get_reset_regions(env, compartment="fridge", reg_type=(kind), **where)
+    return inside(env, "obj", env.fridge, *regions)
 
 
 def racks(env: Any, name: str, fixture: Any) -> Attempts:
@@ -207,10 +190,6 @@ def racks(env: Any, name: str, fixture: Any) -> Attempts:
     return in_boxes(env, env.objects[name], [(p0 + shift, px + shift, py + shift, None)])
 
 
-def lid_off(env: Any) -> Attempts:
-    return on_counter(env, env.blender.blender_lid, _counters(env))
-
-
 def lid_on(env: Any) -> Attempts:
     retreat(env)
     for up in np.arange(0.0, 0.03, 0.002):
@@ -219,11 +198,14 @@ def lid_on(env: Any) -> Attempts:
         yield
 
 
-# Tasks ---------------------------------------------------------------------------------------------------------------
-
-
 def _doors(name: str, share: float) -> Callable[[Any], Attempts]:
-    return once(lambda env: move(env, getattr(env, name), doors(getattr(env, name)), share))
+    """Joints that RoboCasa asks whether a fixture is open; of a refrigerator those of its upper compartment."""
+
+    def act(env: Any) -> None:
+        fixture = getattr(env, name)
+        move(env, fixture, getattr(fixture, "_fridge_door_joint_names", None) or fixture.door_joint_names, share)
+
+    return once(act)
 
 
 def _joint(name: str, joint: str, share: float) -> Callable[[Any], Attempts]:
@@ -234,11 +216,12 @@ def _counters(env: Any) -> list[Any]:
     return [f for f in env.fixtures.values() if isinstance(f, Counter)]
 
 
+FIXTURES = ("Cabinet", "Microwave", "Fridge", "Oven", "Dishwasher")
+# Ways of an object that ends in or on a container.
+WAYS = "SinkToCounter CounterToMicrowave MicrowaveToCounter CounterToStove StoveToCounter ToasterOvenToCounter"
 DRIVERS: dict[str, Callable[[Any], Attempts]] = {
-    **dict.fromkeys(("OpenCabinet", "OpenMicrowave", "OpenFridge", "OpenOven", "OpenDishwasher"), _doors("fxtr", 0.95)),
-    **dict.fromkeys(
-        ("CloseCabinet", "CloseMicrowave", "CloseFridge", "CloseOven", "CloseDishwasher"), _doors("fxtr", 0.0)
-    ),
+    **{f"Open{name}": _doors("fxtr", 0.95) for name in FIXTURES},
+    **{f"Close{name}": _doors("fxtr", 0.0) for name in FIXTURES},
     "OpenToasterOvenDoor": _doors("toaster_oven", 0.95),
     "CloseToasterOvenDoor": _doors("toaster_oven", 0.0),
     "OpenDrawer": once(lambda env: move(env, env.drawer, env.drawer.door_joint_names, 1.0)),
@@ -270,7 +253,7 @@ DRIVERS: dict[str, Callable[[Any], Attempts]] = {
     "TurnOnMicrowave": lambda env: pressed(env, env.microwave, "start_button"),
     "TurnOffMicrowave": lambda env: pressed(env, env.microwave, "stop_button"),
     "TurnOnBlender": lambda env: pressed(env, env.blender, "power_button_main"),
-    "OpenBlenderLid": lid_off,
+    "OpenBlenderLid": lambda env: on_counter(env, env.blender.blender_lid, _counters(env)),
     "CloseBlenderLid": lid_on,
     "NavigateKitchen": arrived,
     "CoffeeSetupMug": lambda env: at_site(env, "obj", env.coffee_machine, "receptacle_place_site"),
@@ -283,19 +266,11 @@ DRIVERS: dict[str, Callable[[Any], Attempts]] = {
     "PickPlaceCounterToBlender": lambda env: inside(env, "obj", env.blender),
     "PickPlaceCounterToStandMixer": lambda env: inside(env, "obj", env.stand_mixer),
     "PickPlaceCounterToToasterOven": lambda env: racks(env, "obj", env.toaster_oven),
-    "PickPlaceFridgeShelfToDrawer": lambda env: inside(
-        env, "obj", env.fridge, *fridge_regions(env, "drawer", rack_index=-1)
-    ),
-    "PickPlaceFridgeDrawerToShelf": lambda env: inside(env, "obj", env.fridge, *fridge_regions(env, "shelf")),
+    "PickPlaceFridgeShelfToDrawer": lambda env: in_fridge(env, "drawer", rack_index=-1),
+    "PickPlaceFridgeDrawerToShelf": lambda env: in_fridge(env, "shelf"),
     "PickPlaceCounterToOven": lambda env: over(env, "obj", "oven_tray"),
     "PickPlaceToasterToCounter": lambda env: over(env, "obj", "plate"),
-    **dict.fromkeys(
-        (
-            *("PickPlaceSinkToCounter", "PickPlaceCounterToMicrowave", "PickPlaceMicrowaveToCounter"),
-            *("PickPlaceCounterToStove", "PickPlaceStoveToCounter", "PickPlaceToasterOvenToCounter"),
-        ),
-        lambda env: over(env, "obj", "container"),
-    ),
+    **{f"PickPlace{way}": lambda env: over(env, "obj", "container") for way in WAYS.split()},
     "CheesyBread": lambda env: over(env, "cheese", "bread"),
     "MakeIcedCoffee": lambda env: over(env, "ice_cube1", "cup"),
     "PackDessert": lambda env: over(env, "dessert", "cooked_food_container"),

@@ -92,18 +92,14 @@ def wanted(kind: type) -> Iterator[dict[str, Any]]:
 
 
 def draw(row: dict[str, Any], registry: str, draws: int) -> dict[str, Any]:
-    rng = np.random.default_rng(0)
     found: set[str] = set()
     error = ""
-    for _ in range(draws):
-        try:
-            _, info = sample_kitchen_object_helper(
-                row["groups"], row["exclude"], rng=rng, obj_registries=(registry,), **row["filters"]
-            )
-        except Exception as fault:  # noqa: BLE001 - each row answers for itself
-            error = f"{type(fault).__name__}: {fault}"
-            break
-        found.add(info["cat"])
+    asked = {**row["filters"], "rng": np.random.default_rng(0), "obj_registries": (registry,)}
+    try:
+        for _ in range(draws):
+            found.add(sample_kitchen_object_helper(row["groups"], row["exclude"], **asked)[1]["cat"])
+    except Exception as fault:  # noqa: BLE001 - each row answers for itself
+        error = f"{type(fault).__name__}: {fault}"
     return {**row, "error": error, "categories": sorted(found)}
 
 
@@ -111,10 +107,8 @@ def main() -> None:
     sys.path.insert(0, sys.argv[1])
     import casa_objects
 
-    names = casa_objects.register()
-    rows = [
-        {"task": task, **row} for task in sorted(ATOMIC_TASK_DATASETS) for row in wanted(REGISTERED_KITCHEN_ENVS[task])
-    ]
+    names, tasks = casa_objects.register(), sorted(ATOMIC_TASK_DATASETS)
+    rows = [{"task": task, **row} for task in tasks for row in wanted(REGISTERED_KITCHEN_ENVS[task])]
     print(json.dumps({name: [draw(row, name, int(sys.argv[2])) for row in rows] for name in names}))
 
 

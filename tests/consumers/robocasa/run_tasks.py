@@ -67,11 +67,10 @@ def make(job: dict[str, Any], kitchens: Any) -> Any:
 
 def touching(env: Any) -> str:
     model, data = env.sim.model, env.sim.data
-    robot = {env.robots[0].robot_model.naming_prefix, "mobilebase0_", "gripper0_"}
+    robot = (env.robots[0].robot_model.naming_prefix, "mobilebase0_", "gripper0_")
     for contact in data.contact[: data.ncon]:
         names = [model.geom_id2name(g) or "" for g in (contact.geom1, contact.geom2)]
-        own = [any(name.startswith(prefix) for prefix in robot) for name in names]
-        if own[0] != own[1] and contact.dist < 0.0:
+        if len({name.startswith(robot) for name in names}) == 2 and contact.dist < 0.0:
             return ", ".join(names)
     return ""
 
@@ -86,23 +85,18 @@ def engine_warnings(env: Any) -> str:
 def drive(env: Any, task: str) -> str:
     if env._check_success():
         return "is at its goal after the reset"
-    start = env.sim.get_state()
-    attempts = 0
+    start, attempts = env.sim.get_state(), 0
     for _ in itertools.islice(DRIVERS[task](env), MAX_ATTEMPTS):
         attempts += 1
         env.sim.forward()
         env.update_state()  # what a hand held there would latch, such as a lever on a spring
-        settle(env)
+        for _ in range(SETTLE_STEPS):
+            env.step(np.zeros(env.action_dim))
         if env._check_success():
             return ""
         env.sim.set_state(start)
         env.sim.forward()
     return f"did not reach its goal in {attempts} attempts"
-
-
-def settle(env: Any) -> None:
-    for _ in range(SETTLE_STEPS):
-        env.step(np.zeros(env.action_dim))
 
 
 def roll(env: Any, seed: int) -> str:
@@ -135,10 +129,10 @@ def run(job: dict[str, Any], kitchens: Any) -> dict[str, Any]:
             env = make(job, kitchens)
             env.reset()
         answer["language"] = env.get_ep_meta()["lang"]
-        touched = touching(env)
-        if touched:
+        if touched := touching(env):
             faults.append(f"reset: the robot touches {touched}")
-        faults += [f"drive: {fault}" for fault in [drive(env, job["task"])] if fault]
+        if missed := drive(env, job["task"]):
+            faults.append(f"drive: {missed}")
         if job["roll"]:
             env.reset()
             faults += [f"roll: {fault}" for fault in [roll(env, job["seed"])] if fault]

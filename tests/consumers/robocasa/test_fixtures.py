@@ -74,10 +74,7 @@ def test_every_preset_does_what_its_class_asks_of_it(told: list[dict[str, Any]])
     found = {row["name"]: row["wrong"] for half in told for row in half["fixtures"]}
     assert {name: wrong for name, wrong in found.items() if wrong} == {}
     assert len(found) == sum(len(family(name).presets) for name in FAMILIES) == 188
-
-
-def test_this_was_robocasas_mujoco(told: list[dict[str, Any]]) -> None:
-    assert {half["mujoco"] for half in told} == {"3.3.1"}
+    assert {half["mujoco"] for half in told} == {"3.3.1"}, "RoboCasa's own"
 
 
 def test_contracts_say_which_classes_load_no_file(told: list[dict[str, Any]]) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from tests.support.library.libraries import casa
@@ -48,10 +50,8 @@ for begun in (1, "random"):
 """
 
 
-@pytest.fixture(scope="module")
-def rows(tmp_path_factory: pytest.TempPathFactory) -> list[list[object]]:
-    root = tmp_path_factory.mktemp("states")
-    scenes, out = root / "scenes", root / "out"
+def test_each_state_is_at_rest_in_robocasa_too_and_an_environment_begins_in_the_one_asked_for(tmp_path: Path) -> None:
+    scenes, out = tmp_path / "scenes", tmp_path / "out"
     asked = ("--count", COUNT, "--objects", THINGS, "--jobs", 1)
     for words in (
         ("scenes", "states", KITCHEN, *asked, "--out", scenes),
@@ -59,25 +59,18 @@ def rows(tmp_path_factory: pytest.TempPathFactory) -> list[list[object]]:
     ):
         done = casa(*words)
         assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-4000:]
-    (root / "script.py").write_text(SCRIPT.replace("FOLDER", repr(str(out))), encoding="utf-8")
-    return rows_of(printed("robocasa", str(root / "script.py"), timeout_s=1800), '["')
-
-
-def test_each_state_is_at_rest_in_robocasa_too(rows: list[list[object]]) -> None:
+    (tmp_path / "script.py").write_text(SCRIPT.replace("FOLDER", repr(str(out))), encoding="utf-8")
+    rows = rows_of(printed("robocasa", str(tmp_path / "script.py"), timeout_s=1800), '["')
     found = [row[1:] for row in rows if row[0] == "state"]
     assert len(found) == COUNT
     for deep, moved, parked in found:
-        assert float(str(deep)) <= 0.001
-        assert float(str(moved)) <= 0.005
-        assert float(str(parked)) <= 0.001
-
-
-def test_an_environment_begins_in_the_state_that_was_asked_for(rows: list[list[object]]) -> None:
-    begun = {str(row[1]): row[2] for row in rows if row[0] == "begun"}
-    for asked, far in begun.items():
-        assert isinstance(far, list)
+        assert deep <= 0.001
+        assert moved <= 0.005
+        assert parked <= 0.001
+    begun = {row[1]: row[2] for row in rows if row[0] == "begun"}
+    for state, far in begun.items():
         nearest = min(range(COUNT), key=lambda k: far[k])
         assert far[nearest] <= 0.005
         assert sorted(far)[1] > 0.05
-        assert asked == "random" or nearest == int(asked)
+        assert state == "random" or nearest == int(state)
     assert set(begun) == {"1", "random"}

@@ -28,12 +28,8 @@ from tests.support.asset.family_members import preset
 from tests.support.kitchen.rooms import at, block
 from tests.support.kitchen.scenes import QUARTER, start_states
 
-UNIT, CORNER, COUNTER, OVEN = (
-    ("drawer_stack", "navy_cups_four"),
-    ("counter_corner", "upstand"),
-    ("counter", "quartz_eased"),
-    ("microwave", "steel"),
-)
+UNIT, CORNER = ("drawer_stack", "navy_cups_four"), ("counter_corner", "upstand")
+COUNTER, OVEN = ("counter", "quartz_eased"), ("microwave", "steel")
 TOP_M = 0.92
 
 
@@ -96,10 +92,8 @@ def test_an_l_shaped_worktop_becomes_two_that_face_the_room(which: str) -> None:
         assert sum(faces) == sum(len(v.mesh.faces) for link in whole.links for v in link.visuals)
         assert min(faces) > 0
         sizes = [parts.main_region(part.asset).size[:2] for part in found]
-        if is_corner_of_side:
-            assert sizes == [pytest.approx((wide - side, back)), pytest.approx((deep, side))]
-        else:
-            assert sizes == [pytest.approx((wide, back)), pytest.approx((deep - back, side))]
+        lengths = (wide - side, deep) if is_corner_of_side else (wide, deep - back)
+        assert sizes == [pytest.approx((lengths[0], back)), pytest.approx((lengths[1], side))]
         # The wall behind the second arm is on the other side of its front, which looks into the room.
         front = found[1].whole_from_part.rotation @ np.array([0.0, -1.0, 0.0])
         assert front == pytest.approx([1.0 if which == "left" else -1.0, 0.0, 0.0], abs=1e-9)
@@ -113,27 +107,21 @@ def test_what_is_described_of_a_kitchen_and_its_arena() -> None:
     for part in drawers:
         assert (part.asset.contract, [joint.name for joint in part.asset.joints]) == ("drawer", ["slidejoint"])
         assert {"main", "int"} <= {region.name for region in part.asset.regions}
-    assert rows["counter_1"]["class"] == "Counter"
-    assert rows["oven"]["class"] == "Microwave"
-    assert rows["oven"]["is_standing"]
-    assert not rows["unit_1"]["is_standing"]
+    assert (rows["counter_1"]["class"], rows["oven"]["class"]) == ("Counter", "Microwave")
+    assert (rows["oven"]["is_standing"], rows["unit_1"]["is_standing"]) == (True, False)
     # Below its tray, which RoboCasa fills while it lets nothing overlap what stands on a worktop.
     assert 0.02 <= rows["oven"]["solid_height"] < 0.12
     assert rows["unit_1"]["placement"] == "stack_1"
     height = parts.main_region(preset(*COUNTER)).size[2]
-    top = rows["counter_1"]["position"][2] + height / 2
-    assert top == pytest.approx(TOP_M, abs=1e-6)
+    assert rows["counter_1"]["position"][2] + height / 2 == pytest.approx(TOP_M, abs=1e-6)
     assert json.loads(kitchens.write_kitchen(kitchen(), fixtures()).entries[kitchens.FILE])["id"] == "test_room"
-    items = fixtures()
-    pairs = kitchens.excluded_bodies(kitchen(), items)
+    pairs = kitchens.excluded_bodies(kitchen(), fixtures())
     root = etree.fromstring(kitchens.arena(kitchen(), pairs))
     assert [light.get("directional") for light in root.iter("light")] == ["true"]
     assert root.find(".//light").get("ambient")
     assert len(root.findall(".//exclude")) == len(pairs)
-    bodies = {
-        f"{item.name}_{name}" for item in items for name in ("main", *(link.name for link in item.centered.links))
-    }
-    assert {body for pair in pairs for body in pair} <= bodies
+    links = [(item.name, ("main", *(link.name for link in item.centered.links))) for item in fixtures()]
+    assert {body for pair in pairs for body in pair} <= {f"{item}_{name}" for item, names in links for name in names}
 
 
 def test_register_touches_only_its_own_kitchens(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -169,14 +157,13 @@ def test_register_touches_only_its_own_kitchens(tmp_path: Path, monkeypatch: pyt
 
 
 NAME, NUMBER = "test_room", 1_000_000_007
-DRAWER, DIAL = "stack_1__drawer1_slidejoint", "kettle__lid_joint"
 MOVED = Pose(position=(0.3, 0.4, 1.2), quaternion=(0.6, 0.0, 0.8, 0.0))
 
 
 @cache
 def scene() -> Scene:
     """A stack of drawers, a loose box whose frame is at its foot, and a loose kettle, which RoboCasa fixes."""
-    unit, kettle = preset("drawer_stack", "navy_cups_four"), preset("kettle", "gooseneck_steel")
+    unit, kettle = preset(*UNIT), preset("kettle", "gooseneck_steel")
     box = block("box", (0.1, 0.06, 0.08), Base.FREE)
     return Scene(
         id=NAME,
@@ -191,13 +178,11 @@ def scene() -> Scene:
 
 def states() -> StartStates:
     """Two: the second has a drawer open and the box elsewhere."""
-    names = [*(f"stack_1__drawer{k}_slidejoint" for k in range(4)), "box__free", "kettle__free"]
-    joints, address = [], 0
-    for name in names:
-        width = 7 if name.endswith("__free") else 1
-        joints.append({"name": name, "address": address, "width": width})
-        address += width
-    rows = np.zeros((2, address))
+    joints: list[dict[str, Any]] = [
+        *({"name": f"stack_1__drawer{k}_slidejoint", "address": k, "width": 1} for k in range(4)),
+        *({"name": f"{name}__free", "address": at, "width": 7} for name, at in (("box", 4), ("kettle", 11))),
+    ]
+    rows = np.zeros((2, 18))
     rows[:, 4:11] = (0.1, 0.2, 0.9, 1.0, 0.0, 0.0, 0.0)
     rows[:, 11:18] = (0.5, 0.2, 0.9, 1.0, 0.0, 0.0, 0.0)
     rows[1, 1] = 0.25
@@ -216,8 +201,8 @@ def test_what_is_loose_is_where_its_fixture_would_be() -> None:
     placements = tuple(p.replace(pose=MOVED) if p.name == "box" else p for p in scene().placements)
     for row, where in enumerate((scene(), scene().replace(placements=placements))):
         wanted = next(item.pose for item in kitchens.fixtures_of(where, classes()) if item.name == "box")
-        found = in_robocasa().qpos[row, joint.address : joint.address + 7]
-        assert found.tolist() == pytest.approx([*wanted.position, *wanted.quaternion], abs=1e-6)
+        found = in_robocasa().qpos[row, joint.address : joint.address + 7].tolist()
+        assert found == pytest.approx([*wanted.position, *wanted.quaternion], abs=1e-6)
 
 
 def environment() -> Any:
@@ -255,10 +240,8 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """A kitchen that is registered, with its start states."""
     place = tmp_path / NAME
     place.mkdir()
-    rows = [
-        {"name": "box", "lid_of": "", "position": [0.1, 0.2, 0.94], "quaternion": [1, 0, 0, 0], "is_standing": False}
-    ]
-    (place / "kitchen.json").write_text(json.dumps({"fixtures": rows}), encoding="ascii")
+    box = {"name": "box", "lid_of": "", "position": [0.1, 0.2, 0.94], "quaternion": [1, 0, 0, 0], "is_standing": False}
+    (place / "kitchen.json").write_text(json.dumps({"fixtures": [box]}), encoding="ascii")
     monkeypatch.setitem(casa_kitchens._kitchens, NUMBER, place)
     monkeypatch.setitem(casa_kitchens._numbers, NAME, NUMBER)
     write_states(place, in_robocasa())

@@ -24,8 +24,7 @@ from casa_assets.checks.objects import (
     seen_from,
 )
 from casa_assets.core.numeric import Floats
-from casa_assets.model.asset import asset as asset_records
-from casa_assets.model.asset import asset as provenance
+from casa_assets.model.asset import asset as records
 from casa_assets.model.asset.asset import Visual
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.parts import Mesh
@@ -45,12 +44,10 @@ def sheet(mirrored: bool = False, bent_deg: float = 0.0, size: tuple[float, floa
     """A label on the front of a carton, flat or bent round an upright axis by an angle from edge to edge."""
     wide, high = size
     share = np.linspace(0.0, 1.0, 25)
+    x, y = (share - 0.5) * wide, np.full(25, -SIZE[1] / 2 - 0.0005)
     if bent_deg:
         turn = math.radians(bent_deg)
-        angle, radius = (share - 0.5) * turn, wide / turn
-        x, y = radius * np.sin(angle), -radius * np.cos(angle)
-    else:
-        x, y = (share - 0.5) * wide, np.full(25, -SIZE[1] / 2 - 0.0005)
+        x, y = (wide / turn * form((share - 0.5) * turn) for form in (np.sin, lambda angle: -np.cos(angle)))
     points = np.concatenate([np.stack([x, y, np.full(25, z)], axis=1) for z in (0.04, 0.04 + high)])
     uv = np.concatenate([np.stack([1 - share if mirrored else share, np.full(25, v)], axis=1) for v in (0.0, 1.0)])
     faces = [f for i in range(24) for f in ((i, i + 1, i + 26), (i, i + 26, i + 25))]
@@ -104,12 +101,11 @@ def test_a_mirrored_line_and_one_bent_out_of_sight_are_not_read() -> None:
 
 def test_of_several_copies_the_one_that_is_read_counts() -> None:
     """A lid shows its picture on its underside too, where it is mirrored."""
-    one = sheet()
-    assert one.uv is not None
+    one, behind = sheet(), np.array((0, 0.0003, 0))
     both = Mesh(
-        vertices=np.concatenate([one.vertices + np.array((0, 0.0003, 0)), one.vertices]),
+        vertices=np.concatenate([one.vertices + behind, one.vertices]),
         faces=np.concatenate([one.faces[:, ::-1], one.faces + len(one.vertices)]),
-        uv=np.concatenate([one.uv, one.uv]),
+        uv=np.tile(np.array(one.uv), (2, 1)),
     )
     (line,) = lines_on_surface(package(mesh=both))
     assert line.mirrored == 0.0
@@ -137,24 +133,18 @@ def shelf(alike: float = 0.08, near: float = 0.95, rank: int = 1) -> LibraryView
     return LibraryView(2, (pair(alike),), (("mug_one", "mug_two", near),), (named(rank),))
 
 
-def shape_of(sides: Sides) -> provenance.ShapeDescriptor:
-    """A descriptor that hangs on the sides alone; a real one takes a tenth of a second."""
-    x, y, z = np.sqrt(np.array(sides) ** 2 / sum(side**2 for side in sides)).tolist()
-    return asset_records.ShapeDescriptor(
+def member(category: str, number: int, sides: Sides, light: float) -> CollectedMember:
+    """With a descriptor that hangs on the sides alone; a real one takes a tenth of a second."""
+    x, y, z = (np.array(sides) / np.linalg.norm(sides)).tolist()
+    shape = records.ShapeDescriptor(
         radius=max(sides),
-        pair_distances=tuple(np.linspace(0.0, x, asset_records.PAIR_SHARES).tolist()),
-        center_distances=tuple(np.linspace(z, x + y, asset_records.CENTER_SHARES).tolist()),
+        pair_distances=tuple(np.linspace(0.0, x, records.PAIR_SHARES).tolist()),
+        center_distances=tuple(np.linspace(z, x + y, records.CENTER_SHARES).tolist()),
         axis_spread=(x, y, z),
     )
-
-
-def member(category: str, number: int, sides: Sides, light: float) -> CollectedMember:
-    tones = np.zeros((asset_records.TONES, asset_records.TONE_SHARES))
-    tones[0] = light
-    color = asset_records.ColorHistogram(tones=tuple(float(t) for t in tones.ravel()), names=(), stated=True)
-    return CollectedMember(
-        f"{category}_{number}", category, asset_records.Signature(shape=shape_of(sides), color=color), sides
-    )
+    tones = (*[light] * records.TONE_SHARES, *[0.0] * ((records.TONES - 1) * records.TONE_SHARES))
+    color = records.ColorHistogram(tones=tones, names=(), stated=True)
+    return CollectedMember(f"{category}_{number}", category, records.Signature(shape=shape, color=color), sides)
 
 
 def kind(category: str, longest: float, light: float, count: int = MIN_MEMBERS) -> list[CollectedMember]:
@@ -167,21 +157,15 @@ def boxes(light: float = 90.0, length: float = 0.5, alike: dict[str, str] | None
 
 
 def with_a_copy() -> ObjectCollection:
-    found = boxes()
-    one = found.members[0]
-    x, y, z = one.sides
-    twin = member("bar", 99, (1.01 * x, y, z), 11.0)
-    return ObjectCollection((*found.members, twin), {})
+    return ObjectCollection((*boxes().members, member("bar", 99, (0.101, 0.1, 0.05), 11.0)), {})
 
 
 def with_strangers(count: int, of: int) -> ObjectCollection:
     """Of the slabs so many are bars to the eye; bars are many, so that of all members few are wrong."""
     bars = kind("bar", 0.1, 10.0, 8 * MIN_MEMBERS)
     slabs = kind("slab", 0.9, 90.0, of - count)
-    odd = [
-        member("slab", 100 + i, (bars[3 * i].sides[0] * 1.02, 0.1, 0.05), bars[3 * i].signature.color.tones[0] + 1.0)
-        for i in range(count)
-    ]
+    near = [(bar.sides[0] * 1.02, bar.signature.color.tones[0] + 1.0) for bar in bars[: 3 * count : 3]]
+    odd = [member("slab", 100 + i, (longest, 0.1, 0.05), light) for i, (longest, light) in enumerate(near)]
     return ObjectCollection((*bars, *slabs, *odd), {})
 
 
@@ -205,10 +189,10 @@ def test_each_code_is_tripped_by_its_fault_alone(code: str) -> None:
     """Of a category that is confused the share of all is lower, too."""
     good, bad = (run(make(), "library", LIMITS) for make in EXAMPLES[code])
     check_examples(code, good, bad, along={"OBJ006": ["OBJ007"]}.get(code, ()))
-    assert bad.passed == (code in ("LIB001", "LIB002", "LIB003", "OBJ005", "OBJ006", "OBJ007")), "a library is kept"
+    assert bad.passed == (code.startswith("LIB") or code >= "OBJ005"), "a library is kept"
 
 
-def test_where_nobody_looked_nothing_passes_in_silence() -> None:
+def test_where_nobody_looked_or_there_is_little_nothing_passes_in_silence() -> None:
     told = looks_in_words(named(4))
     assert told == "is called mug (40%, number 4 of what it looks like); others: cup (30%), bowl (20%), pot (5%)"
     blind = LibraryView(2, unseen="no weights of CLIP were given")
@@ -217,6 +201,9 @@ def test_where_nobody_looked_nothing_passes_in_silence() -> None:
     assert {r.code: r.status for r in report.results} == {"LIB001": passed, "LIB002": unseen, "LIB003": unseen}
     assert [r.reason for r in report.results] == ["", *["no weights of CLIP were given"] * 2]
     assert report.issues == ()
+    few = ObjectCollection((*kind("bar", 0.1, 10.0, 3), *kind("slab", 0.5, 90.0, 3)), {})
+    status = {r.code: r.status for r in run(few, "library", LIMITS).results}
+    assert status == {"OBJ005": passed, "OBJ006": Status.NOT_APPLICABLE, "OBJ007": Status.NOT_APPLICABLE}
 
 
 def test_twins_agree_in_form_size_and_colours(subtests: pytest.Subtests) -> None:
@@ -250,9 +237,3 @@ def test_what_a_category_is_taken_for_is_counted_unless_it_looks_the_same() -> N
     alike = {"bar": "plank", "slab": "plank"}
     same = boxes(light=10.0, length=0.1, alike=alike).confusions
     assert [(row.right, row.others) for row in same] == [(MIN_MEMBERS, ())] * 2
-
-
-def test_a_few_members_tell_nothing_of_a_kind() -> None:
-    few = ObjectCollection((*kind("bar", 0.1, 10.0, 3), *kind("slab", 0.5, 90.0, 3)), {})
-    status = {r.code: r.status for r in run(few, "library", LIMITS).results}
-    assert status == {"OBJ005": Status.PASSED, "OBJ006": Status.NOT_APPLICABLE, "OBJ007": Status.NOT_APPLICABLE}

@@ -29,13 +29,8 @@ def certificate(reached: int, of: int, robot: str = "PandaOmron") -> SceneRobots
 
 
 EXAMPLES: dict[str, tuple[Callable[[], Any], Callable[[], Any]]] = {
-    "ROB001": (lambda: certificate(19, 20), lambda: certificate(18, 20)),
+    "ROB001": (lambda: certificate(19, 20), lambda: certificate(18, 20))
 }
-
-
-def status(found: SceneRobots) -> tuple[Status, float | None]:
-    (result,) = run(found, found.scene, LIMITS).results
-    return result.status, result.number
 
 
 def test_good_is_silent_and_each_joint_out_of_reach_is_named() -> None:
@@ -52,11 +47,15 @@ def test_good_is_silent_and_each_joint_out_of_reach_is_named() -> None:
 
 
 def test_status_where_there_is_nothing_to_reach_or_only_some_joints_or_another_robot_were_tried() -> None:
-    assert status(certificate(0, 0)) == (Status.NOT_APPLICABLE, None)
-    assert status(certificate(2, 2, "Tiago")) == (Status.NOT_RUN, None)
-    assert status(certificate(2, 2)) == (Status.PASSED, 1.0)
     some = certificate(1, 5).model_copy(update={"only": ("*drawer*",)})
-    assert status(some) == (Status.NOT_RUN, None)
+    for found, status, number in (
+        (certificate(0, 0), Status.NOT_APPLICABLE, None),
+        (certificate(2, 2, "Tiago"), Status.NOT_RUN, None),
+        (certificate(2, 2), Status.PASSED, 1.0),
+        (some, Status.NOT_RUN, None),
+    ):
+        (result,) = run(found, found.scene, LIMITS).results
+        assert (result.status, result.number) == (status, number)
     assert not run(some, some.scene, LIMITS).passed
 
 
@@ -72,27 +71,21 @@ def test_legs_bend_so_that_feet_stay_where_they_are() -> None:
     assert (angles - ahead) / 1e-6 == pytest.approx(slopes, rel=1e-3)
 
 
-def facts() -> dict[str, Any]:
+def test_tasks_have_the_places_of_the_closed_fixture_and_of_its_open_door() -> None:
     """A cupboard with a door that looks along -y, a rack behind it, and a window that nobody parks at."""
     place = {"side": "front", "x": 1.0, "y": -1.0, "yaw": 1.5708}
     aside = {"side": "left", "x": 0.4, "y": -1.2, "yaw": 0.8}
-
-    def joint(name: str, behind: str | None = None, grip: str | None = "handle") -> dict[str, Any]:
-        return {"name": f"cupboard__{name}", "grip": grip and f"cupboard__{grip}", "behind": behind}
-
-    cupboard = {"door": joint("door"), "rack": joint("rack", "cupboard__door"), "flap": joint("flap", grip=None)}
-    window = {"sash": {"name": "window__sash", "grip": "window__handle", "behind": None}}
-    return {
-        "fixtures": [
-            {"name": "cupboard", "quaternion": [1.0, 0.0, 0.0, 0.0], "joints": cupboard},
-            {"name": "window", "quaternion": [1.0, 0.0, 0.0, 0.0], "joints": window},
-        ],
-        "parking": {"cupboard": {"shut": place, "open": {"door": aside}}},
-    }
-
-
-def test_tasks_have_the_places_of_the_closed_fixture_and_of_its_open_door() -> None:
-    tasks, without = tasks_of(facts())
+    joints: dict[str, dict[str, Any]] = {"cupboard": {}, "window": {}}
+    for fixture, name, grip, behind in (
+        ("cupboard", "door", "cupboard__handle", None),
+        ("cupboard", "rack", "cupboard__handle", "cupboard__door"),
+        ("cupboard", "flap", None, None),
+        ("window", "sash", "window__handle", None),
+    ):
+        joints[fixture][name] = {"name": f"{fixture}__{name}", "grip": grip, "behind": behind}
+    fixtures = [{"name": name, "quaternion": [1.0, 0.0, 0.0, 0.0], "joints": own} for name, own in joints.items()]
+    facts = {"fixtures": fixtures, "parking": {"cupboard": {"shut": place, "open": {"door": aside}}}}
+    tasks, without = tasks_of(facts)
     assert [(t.joint, t.behind, t.places) for t in tasks] == [
         ("cupboard__door", "", ((1.0, -1.0, 1.5708), (0.4, -1.2, 0.8))),
         ("cupboard__rack", "cupboard__door", ((0.4, -1.2, 0.8),)),
@@ -109,8 +102,7 @@ def test_a_bar_is_held_across_its_length_and_a_hand_comes_from_the_front_first()
     grasps = pinches(box(0.08, 0.006, 0.006), 0.075, None)
     assert grasps[0].rotation[:, 2] == pytest.approx((0.0, 1.0, 0.0))
     assert all(abs(g.rotation[0, 0]) < 1e-9 and g.width == pytest.approx(0.012) for g in grasps)
-    assert all(g.pivots for g in grasps)
-    assert all(np.linalg.det(g.rotation) == pytest.approx(1.0) for g in grasps)
+    assert all(g.pivots and np.linalg.det(g.rotation) == pytest.approx(1.0) for g in grasps)
     # Near its front, so that the tips keep clear of what is behind.
     for depth in [0.003, 0.006, 0.017]:
         grasp = pinches(box(0.08, depth, 0.006), 0.075, None)[0]

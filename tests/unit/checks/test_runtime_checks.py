@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -37,26 +38,25 @@ from casa_assets.model.registry.contract import (
     Threshold,
 )
 from tests.support.asset.assets import microwave, rigid_mug
-from tests.support.asset.contract_fixtures import HIGH, block, burning, hob, oven, packed
+from tests.support.asset.contract_fixtures import HIGH, block, burning, heating, hob, oven, packed
+from tests.support.asset.packages import edit, tamper, tripped
 
 KNOWN = registry.load()
 Make = Callable[[], Asset]
-# Code -> old and new text of model.xml that trips it alone.
-TAMPERED: list[tuple[str, Make, str, str]] = [
-    ("CON005", oven, '<body name="object" pos="0 0 0"', '<body name="object" pos="0 0 0.1"'),
-    ("CON005", oven, '<body name="object"', '<body name="thing"'),
-    ("CON005", hob, '<site name="burner_on_left"', '<site name="flame"'),
-    ("CON005", hob, '<geom name="reg_main"', '<geom name="main"'),
-    ("CON005", hob, '<site name="ext_px"', '<site name="outer_px"'),
-    ("CON005", hob, 'range="0 3.14159265"', ""),
-    ("CON005", oven, "</mujoco>", "<actuator/></mujoco>"),
+# An edit of model.xml that trips CON005 alone.
+TAMPERED: list[tuple[Make, str]] = [
+    (oven, '<body name="object" pos="0 0 {0|0.1}"'),
+    (oven, '<body name="{object|thing}"'),
+    (hob, '<site name="{burner_on_left|flame}"'),
+    (hob, '<geom name="{reg_main|main}"'),
+    (hob, '<site name="{ext_px|outer_px}"'),
+    (hob, '{range="0 3.14159265"|}'),
+    (oven, "{|<actuator/>}</mujoco>"),
 ]
 SWITCH = Variable(name="power", values=("off", "on"), initial="off")
-PRESS = Condition(contact="key", begins=True)
+KEY, PRESS = Condition(contact="key"), Condition(contact="key", begins=True)
 IDLE: tuple[dict[str, float], set[str]] = ({}, set())
 HELD: tuple[dict[str, float], set[str]] = ({}, {"key"})
-
-
 ROWS = [check for check in TABLE if check.code.startswith(("CON", "BEH"))]
 
 
@@ -66,9 +66,14 @@ def codes(asset: Asset, folder: Path, contract: Contract | None = None) -> set[s
     return {issue.code for report in found for issue in report.issues}
 
 
-# What is done to a sound asset, and the code that it trips.
 def door(asset: Asset, **changes: object) -> Asset:
     return asset.replace(joints=(asset.joints[0].replace(**changes), *asset.joints[1:]))
+
+
+def messages(asset: Asset, folder: Path, codes: str) -> list[str]:
+    rows = [row for row in ROWS if row.code.startswith(codes)]
+    report = run(packed(asset, folder), "subject", KNOWN.limits, table=rows)
+    return [f"{issue.pointer}: {issue.message}" for issue in report.issues]
 
 
 def without(asset: Asset, collider: str) -> Asset:
@@ -77,11 +82,8 @@ def without(asset: Asset, collider: str) -> Asset:
 
 
 def relabelled(asset: Asset, label: str | None) -> Asset:
-    links = (
-        k.replace(visuals=tuple(v.replace(label=label) if v.label == "burner" else v for v in k.visuals))
-        for k in asset.links
-    )
-    return asset.replace(links=tuple(links))
+    looks = [tuple(v.replace(label=label) if v.label == "burner" else v for v in k.visuals) for k in asset.links]
+    return asset.replace(links=tuple(k.replace(visuals=v) for k, v in zip(asset.links, looks, strict=True)))
 
 
 def nested() -> Asset:
@@ -98,7 +100,7 @@ def region(name: str, **changes: object) -> Asset:
 
 def shallow() -> Asset:
     """A knob that stops before the burner is high, with poses that it can take."""
-    return door(hob().replace(keyframes=(Keyframe(name="closed"), Keyframe(name="on"))), range=(0.0, 1.39))
+    return door(still_when_on(), range=(0.0, 1.39))
 
 
 def ajar_when_open() -> Asset:
@@ -177,14 +179,11 @@ class TestBad:
     def test_trips_one_code(self, code: str, make: Make, tmp_path: Path) -> None:
         assert codes(make(), tmp_path) == {code}
 
-    @pytest.mark.parametrize(("code", "make", "old", "new"), TAMPERED)
-    def test_file_trips_one_code(self, code: str, make: Make, old: str, new: str, tmp_path: Path) -> None:
+    @pytest.mark.parametrize(("make", "text"), TAMPERED)
+    def test_file_trips_one_code(self, make: Make, text: str, tmp_path: Path) -> None:
         package = packed(make(), tmp_path)
-        text = package.mjcf.read_text()
-        assert old in text
-        package.mjcf.write_text(text.replace(old, new, 1))
-        rows = [row for row in ROWS if row.code.startswith("CON")]
-        assert {i.code for i in run(package, "subject", KNOWN.limits, table=rows).issues} == {code}
+        tamper(package.mjcf, edit(text))
+        assert tripped(package, ("CON",)) == {"CON005"}
 
     def test_a_knob_that_stops_short(self, tmp_path: Path) -> None:
         """It breaks the range that is asked for, the threshold in it, and what turning it does."""
@@ -196,23 +195,16 @@ class TestBad:
         sites = tuple(s.replace(link="knob_left") if s.name == turned else s for s in hob().sites)
         assert codes(hob().replace(sites=sites), tmp_path / "site") == {"CON002", "CON005"}
 
-    def test_a_threshold_out_of_range_and_no_burner_at_all(self, tmp_path: Path) -> None:
+    def test_a_threshold_out_of_range_no_burner_at_all_and_several_faults_of_a_joint(self, tmp_path: Path) -> None:
         far = Threshold(name="burner_full", joint="knob_.*_joint", at=3.2)
         contract = KNOWN.contracts["stovetop"]
         asked = contract.replace(thresholds=(*contract.thresholds, far))
         assert codes(hob(), tmp_path / "far", asked) == {"CON006"}
         bare = hob().replace(links=hob().links[:1], joints=(), sites=(), behavior=None, keyframes=())
-        rows = [row for row in ROWS if row.code == "CON001"]
-        issues = run(packed(bare, tmp_path / "bare"), "subject", KNOWN.limits, table=rows).issues
-        assert [issue.pointer for issue in issues] == ["contract/for_each/loc"]
-
-    def test_faults_are_told_apart(self, tmp_path: Path) -> None:
-        package = packed(door(oven().replace(keyframes=()), kind=JointKind.SLIDE, range=(0.0, 0.3)), tmp_path)
-        rows = [row for row in ROWS if row.code == "CON001"]
-        message = " ".join(i.message for i in run(package, "subject", KNOWN.limits, table=rows).issues)
-        assert "is a slide, not a hinge" in message
-        assert "should open negative" in message
-        assert "travels 0.3" in message
+        assert [one.split(":")[0] for one in messages(bare, tmp_path, "CON001")] == ["contract/for_each/loc"]
+        other = door(oven().replace(keyframes=()), kind=JointKind.SLIDE, range=(0.0, 0.3))
+        told = " ".join(messages(other, tmp_path, "CON001"))
+        assert all(part in told for part in ("is a slide, not a hinge", "should open negative", "travels 0.3"))
 
 
 class TestRules:
@@ -220,8 +212,7 @@ class TestRules:
 
     def test_the_nearest_choice_is_reported(self) -> None:
         def sink(names: tuple[str, ...]) -> Asset:
-            plain = hob()
-            return plain.replace(regions=tuple(Region(name=n, size=(0.1, 0.1, 0.1)) for n in names))
+            return hob().replace(regions=tuple(Region(name=n, size=(0.1, 0.1, 0.1)) for n in names))
 
         choices = (("basin",), ("left", "right"))
         one, two = (Requirements(regions=tuple(RegionRule(name=n) for n in names)) for names in choices)
@@ -243,9 +234,6 @@ class TestRules:
             assert axis_of(moved, moved.joints[0]) == axis
 
 
-BEHAVIOR = [check for check in TABLE if check.code.startswith("BEH")]
-
-
 def behaving(asset: Asset, **changes: object) -> Asset:
     assert asset.behavior is not None
     return asset.replace(behavior=asset.behavior.replace(**changes))
@@ -257,9 +245,11 @@ def affecting(kind: EffectKind, target: str, **changes: object) -> Asset:
 
 
 def deaf_to_the_door() -> Asset:
-    plain = oven()
-    assert plain.behavior is not None
-    return behaving(plain, rules=plain.behavior.rules[1:])
+    return behaving(oven(), rules=heating().rules[1:])
+
+
+def still_when_on() -> Asset:
+    return hob().replace(keyframes=(Keyframe(name="closed"), Keyframe(name="on")))
 
 
 def walled_in() -> Asset:
@@ -284,12 +274,12 @@ MISBEHAVED: list[tuple[str, Make, Make]] = [
     ("BEH003", oven, deaf_to_the_door),
     ("BEH003", oven, walled_in),
     ("BEH003", hob, lambda: hob().replace(behavior=burning(0.45, HIGH))),
-    ("BEH003", hob, lambda: hob().replace(keyframes=(hob().keyframes[0], hob().keyframes[0].replace(name="on")))),
+    ("BEH003", hob, still_when_on),
 ]
 EXAMPLES: dict[str, tuple[Make, object]] = {
     **{code: (good, bad) for code, good, bad in MISBEHAVED},
     **{code: (oven, make) for code, make in BAD},
-    **{code: (make, (old, new)) for code, make, old, new in TAMPERED},
+    "CON005": TAMPERED[0],
 }
 
 
@@ -299,18 +289,12 @@ def test_behaviour_trips_one_code(code: str, good: Make, bad: Make, tmp_path: Pa
     assert codes(bad(), tmp_path / "bad") == {code}
 
 
-def message(asset: Asset, folder: Path, contract: Contract | None = None) -> list[str]:
-    report = run(packed(asset, folder, contract), "subject", KNOWN.limits, table=BEHAVIOR)
-    return [f"{issue.pointer}: {issue.message}" for issue in report.issues]
-
-
 def test_says_what_is_wrong_and_where(tmp_path: Path) -> None:
-    found = message(deaf_to_the_door(), tmp_path)
+    found = messages(deaf_to_the_door(), tmp_path, "BEH")
     assert found == ["trials/the_door_ends_it/1: after microjoint to 1 power is 'on', not 'off'"]
-    found = message(hob().replace(behavior=burning(0.45, HIGH)), tmp_path / "threshold")
+    found = messages(hob().replace(behavior=burning(0.45, HIGH)), tmp_path, "BEH")
     assert [one for one in found if "0.45" in one and "burner_on 0.35" in one]
-    still = hob().keyframes[0]
-    found = message(hob().replace(keyframes=(still, still.replace(name="on"))), tmp_path / "pose")
+    found = messages(still_when_on(), tmp_path, "BEH")
     assert found == ["keyframes/on: in this pose burner_left is 'off', not 'low|high'"]
 
 
@@ -322,52 +306,54 @@ def walk(behavior: Behavior, acts: list[tuple[dict[str, float], set[str]]], dt: 
     return found
 
 
+def becomes(to: str, *when: Condition, **more: Any) -> Rule:
+    return Rule(variable="power", to=to, when=when, **more)
+
+
+def switch(*rules: Rule) -> Behavior:
+    return Behavior(variables=(SWITCH,), rules=rules)
+
+
 class TestMachine:
     def test_a_press_counts_once(self) -> None:
-        rules = (Rule(variable="power", from_values=("off",), to="on", when=(PRESS,)),)
-        other = Rule(variable="power", from_values=("on",), to="off", when=(Condition(contact="stop"),))
-        both = Behavior(variables=(SWITCH,), rules=(*rules, other))
+        rule = becomes("on", PRESS, from_values=("off",))
+        other = becomes("off", Condition(contact="stop"), from_values=("on",))
         acts = [IDLE, HELD, ({}, {"key", "stop"}), HELD, IDLE, HELD]
-        assert walk(both, acts) == ["off", "on", "off", "off", "off", "on"]
+        assert walk(switch(rule, other), acts) == ["off", "on", "off", "off", "off", "on"]
 
     def test_both_ends_of_an_interval_count(self) -> None:
-        rule = Rule(variable="power", to="on", when=(Condition(joint="knob", interval=(0.35, 1.0)),))
-        back = Rule(variable="power", to="off", when=(Condition(joint="knob", interval=(0.35, 1.0), negated=True),))
+        within = Condition(joint="knob", interval=(0.35, 1.0))
+        machine = switch(becomes("on", within), becomes("off", within.replace(negated=True)))
         turned = [({"knob": at}, set[str]()) for at in (0.349, 0.35, 0.7, 1.0, 1.001)]
-        assert walk(Behavior(variables=(SWITCH,), rules=(rule, back)), turned) == ["off", "on", "on", "on", "off"]
+        assert walk(machine, turned) == ["off", "on", "on", "on", "off"]
 
     def test_waiting_begins_anew_where_it_is_interrupted(self) -> None:
-        rule = Rule(variable="power", to="on", when=(Condition(contact="key"),), after_s=0.15)
-        machine = Behavior(variables=(SWITCH,), rules=(rule,))
+        machine = switch(becomes("on", KEY, after_s=0.15))
         assert walk(machine, [HELD, HELD, IDLE, HELD, HELD, HELD]) == ["off"] * 5 + ["on"]
 
     def test_rules_of_a_step_see_the_values_of_before_and_the_first_of_a_variable_decides(self) -> None:
         lamp = Variable(name="lamp", values=("dark", "bright"), initial="dark")
-        on = Rule(variable="power", to="on", when=(Condition(contact="key"),))
+        on, off = becomes("on", KEY), becomes("off", KEY)
         then = Rule(variable="lamp", to="bright", when=(Condition(variable="power", equals="on"),))
         for rules in ((on, then), (then, on)):
             assert walk(Behavior(variables=(lamp, SWITCH), rules=rules), [HELD, HELD]) == ["dark", "bright"]
-        off = on.replace(to="off")
-        assert walk(Behavior(variables=(SWITCH,), rules=(on, off)), [HELD, HELD]) == ["on", "on"]
-        assert walk(Behavior(variables=(SWITCH,), rules=(off, on)), [HELD, HELD]) == ["off", "off"]
+        assert walk(switch(on, off), [HELD, HELD]) == ["on", "on"]
+        assert walk(switch(off, on), [HELD, HELD]) == ["off", "off"]
 
 
 class TestReachable:
     def test_finds_what_takes_several_moves(self) -> None:
         """A door has to be shut, then a key pressed, then a minute has to pass."""
         shut = Condition(joint="door", interval=(-0.01, 0.01))
-        power = Variable(name="power", values=("off", "on", "done"), initial="off")
-        rules = (
-            Rule(variable="power", from_values=("off",), to="on", when=(PRESS, shut)),
-            Rule(variable="power", from_values=("on",), to="done", when=(shut,), after_s=60.0),
-        )
-        assert unreached(Behavior(variables=(power,), rules=rules), {"door": (-1.5, 0.0)}) == []
-        missing = unreached(Behavior(variables=(power,), rules=rules), {"door": (-1.5, -0.5)})
-        assert missing == [("power", "on"), ("power", "done")]
+        pressed = becomes("on", PRESS, shut, from_values=("off",))
+        waited = becomes("done", shut, from_values=("on",), after_s=60.0)
+        power = SWITCH.replace(values=("off", "on", "done"))
+        machine = Behavior(variables=(power,), rules=(pressed, waited))
+        assert unreached(machine, {"door": (-1.5, 0.0)}) == []
+        assert unreached(machine, {"door": (-1.5, -0.5)}) == [("power", "on"), ("power", "done")]
 
     def test_an_interval_out_of_range_is_never_met(self) -> None:
-        rule = Rule(variable="power", to="on", when=(Condition(joint="knob", interval=(2.0, 3.0)),))
-        machine = Behavior(variables=(SWITCH,), rules=(rule,))
+        machine = switch(becomes("on", Condition(joint="knob", interval=(2.0, 3.0))))
         assert unreached(machine, {"knob": (0.0, 1.9)}) == [("power", "on")]
         assert unreached(machine, {"knob": (0.0, 2.0)}) == []
 

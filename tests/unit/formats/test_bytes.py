@@ -5,11 +5,11 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[3]
+from tests.support.library.libraries import ROOT
+
 KITCHEN = (
     "from tests.support.kitchen.scenes import Weight, corner, in_form; "
     "from casa_assets.formats.mjcf.kitchen import write"
@@ -37,12 +37,10 @@ WRITERS = {
 def test_bytes_do_not_depend_on_the_hash_seed(writer: str) -> None:
     imports, written = WRITERS[writer]
     program = f"{imports}\nfirst, second = {written}, {written}\nassert first == second\nprint(first)"
-    outputs = set()
+    command, outputs = [sys.executable, "-c", program], set()
     for seed in ("0", "4711"):
         environment = {**os.environ, "PYTHONHASHSEED": seed, "PYTHONPATH": str(ROOT)}
-        done = subprocess.run(
-            [sys.executable, "-c", program], cwd=ROOT, env=environment, capture_output=True, text=True, check=True
-        )
+        done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, check=True)
         outputs.add(done.stdout)
     assert len(outputs) == 1
     assert outputs != {""}

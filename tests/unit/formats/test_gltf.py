@@ -12,18 +12,18 @@ from typing import Any
 import numpy as np
 import pytest
 import trimesh
-from PIL import Image, ImageDraw
+from PIL import Image
 
 from casa_assets.formats.gltf import STEPS, asset_glb, encoded, scene_glb
 from casa_assets.mesh.solid.primitive import tessellate
 from casa_assets.model.asset.asset import Asset, Joint, JointKind
-from casa_assets.model.asset.material import Texture
 from casa_assets.model.asset.parts import joint_positions
-from casa_assets.model.kitchen.scene import Resting
+from casa_assets.model.kitchen.scene import Placement, Resting, Scene
 from casa_assets.model.pose import Pose
 from tests.support.asset.articulated_assets import grill
 from tests.support.asset.assets import EVERY, drawer_unit, microwave, rigid_mug
 from tests.support.kitchen.scenes import corner
+from tests.support.mesh.meshes import texture
 
 ASSETS = [*EVERY, grill]
 Y_FROM_Z = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
@@ -105,21 +105,17 @@ def test_colliders_stand_where_they_collide(build: Callable[[], Asset]) -> None:
             assert points.max(axis=0) == pytest.approx(expected.max(axis=0), abs=1e-5)
 
 
-def picture(name: str, mode: str, size: int, fill: tuple[int, ...]) -> Texture:
-    """A picture with a diagonal line, so that it has a direction."""
-    image = Image.new(mode, (size, size), fill)
-    ImageDraw.Draw(image).line((0, 0, size, size), (0,) * len(fill))
-    out = io.BytesIO()
-    image.save(out, "PNG")
-    return Texture(name=name, png=out.getvalue(), width_px=size, height_px=size)
-
-
 def test_pictures_are_bounded_and_keep_their_alpha() -> None:
-    data, kind, mode = encoded(picture("wood", "RGB", 900, (180, 120, 60)))
-    with Image.open(io.BytesIO(data)) as small:
-        assert (small.size, kind, mode) == ((512, 512), "image/jpeg", "OPAQUE")
-    assert encoded(picture("cut", "RGBA", 64, (9, 9, 9, 255)))[1:] == ("image/png", "MASK")
-    assert encoded(picture("smoke", "RGBA", 64, (9, 9, 9, 128)))[1:] == ("image/png", "BLEND")
+    for side, fill, size, expected in (
+        (900, (180, 120, 60), (512, 512), ("image/jpeg", "OPAQUE")),
+        (64, (9, 9, 9, 255), (64, 64), ("image/png", "MASK")),
+        (64, (9, 9, 9, 128), (64, 64), ("image/png", "BLEND")),
+    ):
+        pixels = np.full((side, side, len(fill)), fill, dtype=np.uint8)
+        pixels[range(side), range(side)] = 0
+        data, *told = encoded(texture("picture", pixels))
+        with Image.open(io.BytesIO(data)) as small:
+            assert (small.size, tuple(told)) == (size, expected)
 
 
 def test_a_scene_has_each_mesh_once() -> None:
@@ -136,16 +132,12 @@ def test_a_scene_has_each_mesh_once() -> None:
 def test_what_lies_in_a_drawer_goes_along_with_it() -> None:
     unit, mug = drawer_unit(), rigid_mug()
     joint = unit.joints[0]
-    base = corner()
-    holder = base.placements[0].replace(name="unit", asset=unit.id, pose=Pose(position=(1.0, 2.0, 0.0)), joints=())
+    holder = Placement(name="unit", asset=unit.id, pose=Pose(position=(1.0, 2.0, 0.0)))
     rest = Resting(placement="unit", link=joint.child, region="inside")
-    inside = base.placements[0].replace(
-        name="mug", asset=mug.id, pose=Pose(position=(1.0, 2.0, 0.5)), joints=(), resting=rest
-    )
+    inside = Placement(name="mug", asset=mug.id, pose=Pose(position=(1.0, 2.0, 0.5)), resting=rest)
     # The object is listed before what carries it.
-    scene = base.replace(assets=(unit, mug), placements=(inside, holder), cameras=())
+    scene = Scene(id="one", assets=(unit, mug), placements=(inside, holder))
     document = json_of(scene_glb(scene))
     assert node_poses(document, {})["mug"] == pytest.approx(inside.pose.matrix, abs=2e-6)
     pulled = node_poses(document, {f"unit/{joint.name}": joint.range[1]})["mug"]
-    way = pulled[:3, 3] - np.array(inside.pose.position)
-    assert math.dist(way, (0.0, 0.0, 0.0)) == pytest.approx(joint.range[1], abs=1e-6)
+    assert math.dist(pulled[:3, 3], inside.pose.position) == pytest.approx(joint.range[1], abs=1e-6)

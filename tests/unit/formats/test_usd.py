@@ -51,8 +51,7 @@ def select(stage: Usd.Stage, variants: str, option: str) -> None:
 
 
 def test_units_and_model() -> None:
-    asset = rigid_mug()
-    stage = stage_of(asset)
+    asset, stage = rigid_mug(), stage_of(rigid_mug())
     root = stage.GetDefaultPrim()
     assert (UsdGeom.GetStageUpAxis(stage), UsdGeom.GetStageMetersPerUnit(stage)) == ("Z", 1.0)
     assert UsdPhysics.GetStageKilogramsPerUnit(stage) == 1.0
@@ -107,26 +106,20 @@ def test_colliders_are_guides_with_friction_for_every_reader() -> None:
             assert not physics.GetRestitutionAttr().HasAuthoredValue()
 
 
-def test_a_mesh_is_written_as_it_is() -> None:
-    mesh = textured_box().root.visuals[0].mesh
-    prim = UsdGeom.Mesh(prim_of(stage_of(textured_box()), "object/visual/carton"))
+def test_a_mesh_is_written_as_it_is_and_textures_feed_its_surface() -> None:
+    asset, stage = textured_box(), stage_of(textured_box())
+    mesh, prim = asset.root.visuals[0].mesh, UsdGeom.Mesh(prim_of(stage, "object/visual/carton"))
     assert np.array(prim.GetPointsAttr().Get()) == pytest.approx(mesh.vertices, abs=1e-7)
     assert np.array(prim.GetFaceVertexIndicesAttr().Get()).tolist() == mesh.faces.ravel().tolist()
     assert np.array(prim.GetNormalsAttr().Get()) == pytest.approx(np.array(mesh.normals))
     assert np.array(UsdGeom.PrimvarsAPI(prim).GetPrimvar("st").Get()) == pytest.approx(np.array(mesh.uv))
     assert prim.GetSubdivisionSchemeAttr().Get() == "none"
-
-
-def test_textures_feed_the_surface() -> None:
-    asset = textured_box()
-    stage = stage_of(asset)
     surface = UsdShade.Shader(prim_of(stage, "visualMaterials/print/surface"))
     fed = {}
     for name in ("diffuseColor", "metallic", "roughness", "normal"):
         (source,), _ = surface.GetInput(name).GetConnectedSources()
         node = UsdShade.Shader(source.source.GetPrim())
-        path = node.GetInput("file").Get().path
-        fed[name] = (source.sourceName, path, node.GetInput("sourceColorSpace").Get())
+        fed[name] = (source.sourceName, node.GetInput("file").Get().path, node.GetInput("sourceColorSpace").Get())
     color, rough, bumps = (f"./textures/{t.file_name}" for t in asset.materials[0].textures)
     assert fed == {
         "diffuseColor": ("rgb", color, "sRGB"),
@@ -207,9 +200,8 @@ class Config(SimpleNamespace):
     InitialStateCfg = SimpleNamespace
 
 
-@pytest.fixture
-def members(monkeypatch: pytest.MonkeyPatch, folder: Path) -> dict[str, Any]:
-    """Members of the file that the scene gives, run with stand-ins for Isaac Lab that keep their arguments."""
+def test_numbers_for_isaac_lab_are_those_of_the_record(monkeypatch: pytest.MonkeyPatch, folder: Path) -> None:
+    """Isaac Lab is not installed: the source runs with stand-ins that keep their arguments, which are the scene's."""
     stand_ins: dict[str, dict[str, Any]] = {
         "torch": {},
         "isaaclab": {},
@@ -226,13 +218,8 @@ def members(monkeypatch: pytest.MonkeyPatch, folder: Path) -> dict[str, Any]:
         if "." in name:
             setattr(sys.modules["isaaclab"], name.split(".")[1], module)
     path = folder / isaac_lab.FILE
-    found: dict[str, Any] = {"__file__": str(path), "__name__": "isaac_lab"}
-    exec(compile(path.read_text(encoding="utf-8"), str(path), "exec"), found)
-    return found
-
-
-def test_numbers_for_isaac_lab_are_those_of_the_record(members: dict[str, Any]) -> None:
-    """Isaac Lab is not installed: the source compiles, and its numbers are the scene's."""
+    members: dict[str, Any] = {"__file__": str(path), "__name__": "isaac_lab"}
+    exec(compile(path.read_text(encoding="utf-8"), str(path), "exec"), members)
     scene, kitchen = corner(), members["KitchenSceneCfg"]
     for place in scene.placements:
         asset = scene.asset_of[place.name]

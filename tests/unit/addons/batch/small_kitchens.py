@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import mujoco
-import numpy as np
 from lxml import etree
 
-from casa_assets.model.kitchen.scene import StartStates, StateJoint, StateNotes
+from casa_assets.model.kitchen.scene import StartStates
+from tests.support.kitchen.scenes import start_states
 
 # Where a robot parks in both.
 PARKED = {"x": 1.0, "y": -1.2, "yaw": 1.5707963}
@@ -28,7 +28,10 @@ FLOATING = _ROBOT.format(joint="<freejoint/>", home="5 5 0.11 1 0 0 0 -0.4")
 # What has a picture in each: the name of the picture and MuJoCo's builtin that makes it. `tiles` is in both.
 _OAK = ("oak", 'builtin="checker" rgb1="1 0.5 0.2" rgb2="0.5 0.2 0"')
 _TILES = ("tiles", 'builtin="flat" rgb1="0.2 0.4 0.6"')
-JOINTS = (("base__hinge", 1), ("locked__slide", 1), ("plate__free", 7))
+JOINTS = [
+    {"name": name, "address": address, "width": width}
+    for name, address, width in (("base__hinge", 0, 1), ("locked__slide", 1, 1), ("plate__free", 2, 7))
+]
 REST = [0.0, 0.0, 0.7, -0.3, 0.92, 1.0, 0.0, 0.0, 0.0]
 
 
@@ -46,13 +49,10 @@ def _with_pictures(text: str, shown: Mapping[str, tuple[str, str]]) -> str:
     block = root.find("asset")
     assert block is not None
     for geom, (name, look) in shown.items():
+        how = 'texuniform="true" texrepeat="4 2" shininess="0.3"'
         block.append(etree.fromstring(f'<texture name="{name}" type="2d" {look} width="8" height="8"/>'))
-        block.append(
-            etree.fromstring(
-                f'<material name="{name}_m" texture="{name}" texuniform="true" texrepeat="4 2" shininess="0.3"/>'
-            )
-        )
-        found = next(element for element in root.iter("geom") if element.get("name") == geom)
+        block.append(etree.fromstring(f'<material name="{name}_m" texture="{name}" {how}/>'))
+        (found,) = root.iterfind(f".//geom[@name='{geom}']")
         del found.attrib["rgba"]
         found.set("material", f"{name}_m")
     block.append(etree.fromstring(f'<material name="plain_{root.get("model")}" rgba="0.1 0.2 0.3 1"/>'))
@@ -74,20 +74,6 @@ def folders(out: Path, has_pictures: bool = False) -> list[Path]:
 
 
 def states(*rows: tuple[list[float], tuple[str, ...]]) -> StartStates:
-    ends = np.cumsum([0, *(width for _, width in JOINTS)])
-    joints = [StateJoint(name=n, address=int(at), width=w) for (n, w), at in zip(JOINTS, ends[:-1], strict=True)]  # type: ignore[arg-type]
-    return StartStates(
-        key="k",
-        scene="l_small__coastal",
-        scene_xml="0" * 64,
-        mujoco="4.0.0",
-        seed=0,
-        limits=(0.001, 0.005),
-        envelope=(),
-        joints=tuple(joints),
-        notes=tuple(StateNotes(placed={}, parked="base", opened=opened) for _, opened in rows),
-        qpos=np.array([row for row, _ in rows], dtype=np.float32),
-        base=np.array([[number, 2.0, 0.5] for number in range(len(rows))], dtype=np.float32),
-        depth=np.zeros(len(rows), dtype=np.float32),
-        motion=np.zeros(len(rows), dtype=np.float32),
-    )
+    notes = [{"placed": {}, "parked": "base", "opened": opened} for _, opened in rows]
+    base = [[number, 2.0, 0.5] for number in range(len(rows))]
+    return start_states("l_small__coastal", JOINTS, [row for row, _ in rows], base=base, notes=notes)

@@ -6,12 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from casa_assets.addons.batch.merged_form import (
-    NEAR_ENOUGH,
-    BatchForms,
-    batch_within,
-    with_joints_locked,
-)
+from casa_assets.addons.batch.merged_form import NEAR_ENOUGH, BatchForms, batch_within, with_joints_locked
 from casa_assets.addons.batch.moving_parts import joint_word, meeting_links
 from casa_assets.asset.lightweight import light_scene
 from casa_assets.checks.scene.light_forms import candidate_pairs
@@ -68,22 +63,19 @@ class TestBatchForm:
             assert [j.replace(grip=None) for j in asset.joints] == [j.replace(grip=None) for j in cupboard().joints]
         assert [link.inertial for link in form.forms[1].links] == [link.inertial for link in cupboard().links]
 
-    def test_the_same_scene_is_the_same_bytes(self) -> None:
+    def test_the_same_scene_is_the_same_bytes_and_engines_without_sleep_get_a_file_without_it(self) -> None:
         assert batch.write(BatchForms(scene()).form()) == batch.write(BatchForms(scene()).form())
+        assert b"sleep" not in batch.write(BatchForms(scene()).form(), sleeps=False).entries[batch.FILE]
 
     def test_everything_sleeps_until_it_is_touched(self) -> None:
-        model = compiled(BatchForms(scene()).form())
-        data = mujoco.MjData(model)
-        mujoco.mj_resetDataKeyframe(model, data, model.key("start").id)
+        data = begun(BatchForms(scene()).form())
+        model = data.model
         mujoco.mj_step(model, data, nstep=250)
         assert (data.nv_awake, data.nefc, data.ncon) == (0, 0, 0)
         data.qfrc_applied[model.joint("thing_0__drawer_slide").dofadr[0]] = 20.0
         mujoco.mj_step(model, data, nstep=200)
         assert data.joint("thing_0__drawer_slide").qpos[0] > 0.05
         assert data.nv_awake == 1
-
-    def test_engines_without_sleep_get_a_file_without_it(self) -> None:
-        assert b"sleep" not in batch.write(BatchForms(scene()).form(), sleeps=False).entries[batch.FILE]
 
 
 class TestPairs:
@@ -126,25 +118,18 @@ class TestSolid:
         stool = block("stool", (0.4, 0.4, 0.64), Base.FREE, "stool", [*legs, seat])
         corbel = block("corbel", (0.04, 0.2, 0.3))
         light = light_scene(room((corbel, at(0.2, -0.05, 0.4)), (stool, at(0, 0, 0))))
-        deepest = [
-            min(begun(BatchForms(light).form((), filled)).contact.dist, default=0.0) for filled in ((), ["thing_1"])
-        ]
-        assert deepest == pytest.approx([0.0, 0.0], abs=1e-3)
+        for filled in ((), ["thing_1"]):
+            deepest = min(begun(BatchForms(light).form((), filled)).contact.dist, default=0.0)
+            assert deepest == pytest.approx(0.0, abs=1e-3)
 
-    def test_bins_of_a_door_that_become_a_block_keep_out_of_drawers(self) -> None:
-        fridge = preset("fridge_side_by_side", "retro_butter")
-        form = BatchForms(light_scene(room((fridge, at(0, 0, 0))))).form((), ["thing_0"])
-        assert form.filled == ("thing_0",)
-        assert min(begun(form).contact.dist, default=0.0) > -1e-3
-
-    def test_bins_of_a_door_stay_apart_until_nothing_else_is_left(self) -> None:
+    def test_bins_of_a_door_stay_apart_until_nothing_else_is_left_and_keep_out_of_drawers_as_a_block(self) -> None:
         """What is free between them is seen from the room while the door is open."""
         light = light_scene(room((preset("fridge_side_by_side", "retro_butter"), at(0, 0, 0))))
-        forms = BatchForms(light)
-        kept, solid, blocks = (
-            forms.form((), filled, found).collider_count
-            for filled, found in (((), ()), (["thing_0"], ()), (["thing_0"], ["thing_0"]))
-        )
+        forms, fridge = BatchForms(light), ["thing_0"]
+        found = [forms.form((), filled, block) for filled, block in (((), ()), (fridge, ()), (fridge, fridge))]
+        kept, solid, blocks = (form.collider_count for form in found)
+        assert found[1].filled == ("thing_0",)
+        assert min(begun(found[1]).contact.dist, default=0.0) > -1e-3
         assert kept > solid > blocks
         assert batch_within(light, solid).collider_count == solid
         assert batch_within(light, blocks + 1).locked, "joints are given up before it"
@@ -160,19 +145,17 @@ class TestLocked:
         )
         assert moved == pytest.approx(np.add(before, (0.0, -0.1, 0.0)))
         assert asset.link("drawer").colliders == ()
-
-    def test_named_poses_and_states_lose_what_they_say_of_it(self) -> None:
+        # Named poses and states lose what they say of a locked joint.
         asset = with_joints_locked(cupboard(), ["door_hinge"], {})
         assert asset.states == ()
         assert all(value.joint != "door_hinge" for key in asset.keyframes for value in key.joints)
 
     def test_behind_a_locked_door_nothing_is_hollow(self) -> None:
-        every = [("thing_0", name) for name in CUPBOARD_JOINTS] + [("thing_1", name) for name in CUPBOARD_JOINTS]
+        every = [(place, name) for place in ("thing_0", "thing_1") for name in CUPBOARD_JOINTS]
         form = BatchForms(scene()).form(every)
         boxes = [item.collider.shape.size for item in form.world if item.collider.shape.kind == "box"]
         assert any(np.allclose(size, (1.2, 0.4, 0.7), atol=0.01) for size in boxes), "both carcasses are one block"
-        model = compiled(form)
-        assert model.nv == 6, "the crate alone moves"
+        assert compiled(form).nv == 6, "the crate alone moves"
         assert {(ref.placement, ref.joint) for ref in form.locked} == set(every)
 
 
@@ -180,13 +163,9 @@ class TestChoice:
     def test_only_the_words_that_were_asked_for_stay(self) -> None:
         form = batch_within(scene(), 1000, [JointWord.DOORS, JointWord.DRAWERS])
         assert joints_of(form, "thing_0") == ["door_hinge", "drawer_slide"]
-        asset = cupboard()
-        assert {joint.name: joint_word(asset, joint) for joint in asset.joints} == {
-            "door_hinge": JointWord.DOORS,
-            "drawer_slide": JointWord.DRAWERS,
-            "knob_turn": JointWord.KNOBS,
-            "key_press": JointWord.BUTTONS,
-        }
+        words = {joint.name: joint_word(cupboard(), joint) for joint in cupboard().joints}
+        of_cupboard = (JointWord.DOORS, JointWord.DRAWERS, JointWord.BUTTONS, JointWord.KNOBS)
+        assert words == dict(zip(CUPBOARD_JOINTS, of_cupboard, strict=True))
 
     @pytest.mark.parametrize("of", ["collider_count", "pair_count"])
     def test_the_last_of_several_units_is_locked_first(self, of: str) -> None:
@@ -202,6 +181,4 @@ class TestChoice:
         row = light_scene(room(*((cupboard(), at(0.6 * k, 0, 0)) for k in range(3))))
         form = batch_within(row, batch_within(row, 0).collider_count + NEAR_ENOUGH)
         assert [len(joints_of(form, f"thing_{k}")) for k in range(3)] == [4, 4, 0]
-
-    def test_where_there_is_room_nothing_is_locked(self) -> None:
-        assert batch_within(scene(), 300).locked == ()
+        assert batch_within(scene(), 300).locked == (), "where there is room nothing is locked"

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import pytest
 
 from casa_assets.addons.batch.fit_primitives import (
     TOLERANCE_M,
@@ -51,11 +50,9 @@ def reach(placed: list[Placed]) -> np.ndarray:
 
 
 class TestFitPrimitives:
-    def test_a_table_keeps_its_legs_apart(self) -> None:
+    def test_a_table_keeps_its_legs_apart_and_its_outline(self) -> None:
         found = fit_primitives(table(), FitLimits(most=5, empty_share=0.35))
         assert sorted(piece.covered for piece in found) == [(0,), (1,), (2,), (3,), (4,)]
-
-    def test_the_outline_stays(self) -> None:
         for most in (1, 2, 3):
             found = fit_primitives(table(), FitLimits(most, empty_share=0.35))
             assert len(found) <= most
@@ -63,9 +60,8 @@ class TestFitPrimitives:
             assert np.allclose(fitted, reach(table()), atol=0.005)
 
     def test_a_round_thing_becomes_a_cylinder(self) -> None:
-        discs: list[Placed] = [
-            (Cylinder(radius=0.05, height=0.02), Pose(position=(0.0, 0.0, 0.01 + 0.02 * i))) for i in range(5)
-        ]
+        disc = Cylinder(radius=0.05, height=0.02)
+        discs: list[Placed] = [(disc, Pose(position=(0.0, 0.0, 0.01 + 0.02 * i))) for i in range(5)]
         (piece,) = fit_primitives(discs, FitLimits(most=1, empty_share=0.35))
         assert isinstance(piece.shape, Cylinder)
         assert abs(piece.shape.radius - 0.05) < 0.001
@@ -80,11 +76,14 @@ class TestFitPrimitives:
             overlap = np.minimum(corners[1], high) - np.maximum(corners[0], low)
             assert overlap.min() <= 0.0021, "a wall reaches into what the jar holds"
 
-    def test_a_leg_that_leans_does_not_stand_deeper(self) -> None:
+    def test_a_leg_that_leans_does_not_stand_deeper_and_small_parts_that_change_nothing_are_left_out(self) -> None:
         lean = Pose(position=(0.0, 0.0, 0.3), quaternion=(0.99, 0.141, 0.0, 0.0))
         leg = [(Box(size=(0.04, 0.04, 0.6)), lean), box((0.03, 0.2, 0.03), (0.0, 0.0, 0.3))]
         (piece,) = fit_primitives(leg, FitLimits(most=1, empty_share=0.35))
         assert shape_bounds(piece.shape, piece.pose)[0, 2] >= reach(leg)[0, 2] - 0.001
+        screw = box((0.01, 0.01, 0.01), (0.2, 0.1, 0.5))
+        (piece,) = fit_primitives([box((1.0, 0.5, 1.0), (0.0, 0.0, 0.5)), screw], FitLimits(4, 0.35))
+        assert piece.covered == (0,)
 
     def test_what_stands_on_it_is_not_reached_into(self) -> None:
         """A pan with a low middle, in which something stands."""
@@ -93,11 +92,6 @@ class TestFitPrimitives:
         standing = np.array([[[-0.05, -0.05, 0.08], [0.05, 0.05, 0.3]]])
         (piece,) = fit_primitives([floor, *rim], FitLimits(most=1, empty_share=1.0, beside=standing))
         assert shape_bounds(piece.shape, piece.pose)[1, 2] <= 0.08 + 1e-9
-
-    def test_small_parts_that_change_nothing_are_left_out(self) -> None:
-        screw = box((0.01, 0.01, 0.01), (0.2, 0.1, 0.5))
-        (piece,) = fit_primitives([box((1.0, 0.5, 1.0), (0.0, 0.0, 0.5)), screw], FitLimits(4, 0.35))
-        assert piece.covered == (0,)
 
 
 WITHIN = np.array([[0.2, -0.3, 0.3], [0.3, -0.2, 0.4]])
@@ -125,39 +119,30 @@ def space_of(found: Floats | list[Floats]) -> ReachableSpace:
 
 
 class TestReachableSpace:
-    @pytest.mark.parametrize("front", [False, True])
-    def test_a_cabinet_is_reached_from_its_front_alone(self, front: bool) -> None:
-        assert space_of(cabinet(0.0, front=front)).takes_room(*WITHIN) is not front
-
-    def test_a_gap_of_twelve_millimetres_is_closed(self, subtests: pytest.Subtests) -> None:
-        for gap, is_open in [(0.010, False), (0.014, True)]:
-            with subtests.test(gap=gap, is_open=is_open):
-                walls = boxes(((-1, -1, 0), (0, 1, 1)), ((gap, -1, 0), (1, 1, 1)), ((-1, -1, -0.1), (1, 1, 0)))
-                space = space_of(walls)
-                assert space.takes_room(np.array([0.0, -0.5, 0.2]), np.array([gap, 0.5, 0.8])) is is_open
-
-    def test_what_stands_askew_closes_too(self) -> None:
-        walls = cabinet(0.0)
-        turned = Pose(position=(0.3, -0.51, 0.4), quaternion=(0.9996, 0.0, 0.0282, 0.0))
-        space = ReachableSpace(np.array(walls), points_around(np.array(walls)), [(Box(size=(0.7, 0.1, 0.9)), turned)])
-        assert not space.takes_room(*WITHIN)
-
-    def test_where_no_seed_is_free_everything_free_is_reached(self) -> None:
+    def test_a_cabinet_is_reached_from_its_front_alone_and_what_stands_askew_closes_it_too(self) -> None:
+        assert space_of(cabinet(0.0)).takes_room(*WITHIN)
+        assert not space_of(cabinet(0.0, front=True)).takes_room(*WITHIN)
         walls = np.array(cabinet(0.0))
-        space = ReachableSpace(walls, np.array([[0.3, -0.25, 0.009]]))
-        assert space.takes_room(*WITHIN)
+        turned = Pose(position=(0.3, -0.51, 0.4), quaternion=(0.9996, 0.0, 0.0282, 0.0))
+        askew = ReachableSpace(walls, points_around(walls), [(Box(size=(0.7, 0.1, 0.9)), turned)])
+        assert not askew.takes_room(*WITHIN)
+        without_a_free_seed = ReachableSpace(walls, np.array([[0.3, -0.25, 0.009]]))
+        assert without_a_free_seed.takes_room(*WITHIN), "everything free is reached"
+
+    def test_a_gap_of_twelve_millimetres_is_closed(self) -> None:
+        for gap, is_open in [(0.010, False), (0.014, True)]:
+            walls = boxes(((-1, -1, 0), (0, 1, 1)), ((gap, -1, 0), (1, 1, 1)), ((-1, -1, -0.1), (1, 1, 0)))
+            assert space_of(walls).takes_room(np.array([0.0, -0.5, 0.2]), np.array([gap, 0.5, 0.8])) is is_open
 
 
 class TestCoverBoxes:
-    def test_backs_and_bottoms_of_a_row_are_one_each(self) -> None:
+    def test_backs_and_bottoms_of_a_row_are_one_each_and_a_closed_row_is_one_box(self) -> None:
         row = np.array([*cabinet(0.0), *cabinet(0.6), *cabinet(1.2)])
         covers = cover_boxes(space_of(row))
         # Two outer sides, two pairs of inner ones, a bottom, a top and a back.
         assert len(row) == 15
         assert len(covers) == 7
         assert sorted(i for cover in covers for i in cover.covered) == list(range(15))
-
-    def test_a_closed_row_is_one_box(self) -> None:
         row = np.array([*cabinet(0.0, front=True), *cabinet(0.6, front=True)])
         (cover,) = cover_boxes(space_of(row))
         assert np.allclose(cover.corners, [[0.0, -0.518, 0.0], [1.2, 0.0, 0.8]])
@@ -175,6 +160,6 @@ class TestCoverBoxes:
 
     def test_what_nothing_can_touch_is_left_out(self) -> None:
         shelf = boxes(((0.018, -0.5, 0.4), (0.582, -0.018, 0.418)))
-        row = np.array([*cabinet(0.0, front=True), *shelf])
+        row = [*cabinet(0.0, front=True), *shelf]
         (cover,) = cover_boxes(space_of(row))
         assert len(row) - 1 not in cover.covered

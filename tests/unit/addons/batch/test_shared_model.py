@@ -16,9 +16,11 @@ from casa_assets.core.numeric import linear_from_srgb_array
 from casa_assets.errors import CasaError
 from tests.unit.addons.batch.small_kitchens import DRIVING, FIRST, FLOATING, REST, SECOND, painted, specs, states
 
+Models = list[mujoco.MjModel]
+
 
 @pytest.fixture(scope="module")
-def alone() -> list[mujoco.MjModel]:
+def alone() -> Models:
     return [mujoco.MjModel.from_xml_string(text) for text in (FIRST, SECOND)]
 
 
@@ -27,10 +29,9 @@ def shared() -> list[SharedModel]:
     return share(specs())
 
 
-def names(model: mujoco.MjModel, pairs: np.ndarray, known: Mapping[str, int] | None = None) -> set[frozenset[str]]:
-    """Pairs of geoms by name; those of geoms without a name in `known` are left out."""
-    called = {i: model.geom(i).name for i in range(model.ngeom)} if known is None else {i: n for n, i in known.items()}
-    return {frozenset((called[a], called[b])) for a, b in np.argwhere(pairs).tolist() if a in called and b in called}
+def names(pairs: np.ndarray, known: Mapping[int, str]) -> set[frozenset[str]]:
+    """Pairs of geoms by name; those of geoms without one are left out."""
+    return {frozenset((known[a], known[b])) for a, b in np.argwhere(pairs).tolist() if a in known and b in known}
 
 
 def begun(model: mujoco.MjModel, qpos: np.ndarray) -> mujoco.MjData:
@@ -50,8 +51,14 @@ def test_all_have_one_structure(shared: list[SharedModel]) -> None:
 
 @pytest.mark.parametrize("number", [0, 1])
 class TestEachKitchen:
-    def test_everything_is_there(self, number: int, shared: list[SharedModel], alone: list[mujoco.MjModel]) -> None:
+    def test_everything_is_there(self, number: int, shared: list[SharedModel], alone: Models) -> None:
+        """And the same pairs can touch."""
         one, model = shared[number], alone[number]
+        own = {geom: name for name, geom in one.geoms.items()}
+        theirs = {i: model.geom(i).name for i in range(model.ngeom)}
+        expected = names(candidate_pairs(model), theirs)
+        assert expected
+        assert names(candidate_pairs(one.model), own) == expected
         assert set(one.joints) == {model.joint(i).name for i in range(model.njnt)}
         assert set(one.geoms) == {model.geom(i).name for i in range(model.ngeom)}
         assert set(one.bodies) == {model.body(i).name for i in range(1, model.nbody)}
@@ -60,20 +67,10 @@ class TestEachKitchen:
                 assert np.allclose(getattr(one.model, field)[geom], getattr(model, field)[model.geom(name).id]), field
         for name, body in one.bodies.items():
             for field in ("body_mass", "body_inertia", "body_ipos"):
-                ours, theirs = getattr(one.model, field)[body], getattr(model, field)[model.body(name).id]
-                assert np.allclose(ours, theirs, atol=2e-6), field
+                expected_value = getattr(model, field)[model.body(name).id]
+                assert np.allclose(getattr(one.model, field)[body], expected_value, atol=2e-6), field
 
-    def test_the_same_pairs_can_touch(
-        self, number: int, shared: list[SharedModel], alone: list[mujoco.MjModel]
-    ) -> None:
-        one, model = shared[number], alone[number]
-        expected = names(model, candidate_pairs(model))
-        assert expected
-        assert names(one.model, candidate_pairs(one.model), one.geoms) == expected
-
-    def test_it_moves_as_it_does_alone(
-        self, number: int, shared: list[SharedModel], alone: list[mujoco.MjModel]
-    ) -> None:
+    def test_it_moves_as_it_does_alone(self, number: int, shared: list[SharedModel], alone: Models) -> None:
         """Everything with a hinge or a slide is pulled, and loose things are pushed over the edge."""
         one, model = shared[number], alone[number]
         ours, theirs = begun(one.model, one.start), begun(model, model.key("start").qpos)
@@ -128,7 +125,7 @@ def test_boxes_in_place_of_cylinders_are_as_high_and_as_large() -> None:
     assert 4 * width * depth == pytest.approx(np.pi * 0.08**2)
 
 
-def test_what_has_all_that_the_others_have_has_nothing_parked(alone: list[mujoco.MjModel]) -> None:
+def test_what_has_all_that_the_others_have_has_nothing_parked(alone: Models) -> None:
     """So that nothing of it is without weight."""
     (one,) = share(specs()[:1])
     assert one.model.nbody == len(one.bodies) + 1
@@ -164,13 +161,8 @@ def test_what_is_no_robot_and_no_batch_form_is_refused_by_name() -> None:
 
 
 @pytest.fixture(scope="module")
-def painted_alone() -> list[mujoco.MjModel]:
+def painted_alone() -> Models:
     return [mujoco.MjModel.from_xml_string(text) for text in painted()]
-
-
-@pytest.fixture(scope="module")
-def painted_shared() -> list[SharedModel]:
-    return share([mujoco.MjSpec.from_string(text) for text in painted()], textures=True)
 
 
 def material_of(model: mujoco.MjModel, geom: int) -> str | None:
@@ -178,34 +170,28 @@ def material_of(model: mujoco.MjModel, geom: int) -> str | None:
     return None if number < 0 else str(model.material(number).name)
 
 
-@pytest.mark.parametrize("number", [0, 1])
-def test_each_geom_shows_what_it_shows_alone(
-    number: int, painted_shared: list[SharedModel], painted_alone: list[mujoco.MjModel]
-) -> None:
-    one, model = painted_shared[number], painted_alone[number]
-    for name, geom in one.geoms.items():
-        own = model.geom(name).id
-        assert material_of(one.model, geom) == material_of(model, own), name
-        if model.geom_matid[own] < 0:
-            assert np.array_equal(one.model.geom_rgba[geom], model.geom_rgba[own])
-    for name, material in materials_of(model).items():
-        other = materials_of(one.model)[name]
-        assert {k: np.asarray(v).tolist() for k, v in other.values.items()} == {
-            k: np.asarray(v).tolist() for k, v in material.values.items()
-        }
-        assert (material.picture is None) == (other.picture is None)
-        if material.picture and other.picture:
-            assert np.array_equal(material.picture.pixels, other.picture.pixels)
-
-
-def test_only_which_material_a_geom_has_differs(painted_shared: list[SharedModel]) -> None:
-    first, second = (one.model for one in painted_shared)
+def test_each_geom_shows_what_it_shows_alone_and_only_which_material_it_has_differs(painted_alone: Models) -> None:
+    shared = share([mujoco.MjSpec.from_string(text) for text in painted()], textures=True)
+    for one, model in zip(shared, painted_alone, strict=True):
+        for name, geom in one.geoms.items():
+            own = model.geom(name).id
+            assert material_of(one.model, geom) == material_of(model, own), name
+            if model.geom_matid[own] < 0:
+                assert np.array_equal(one.model.geom_rgba[geom], model.geom_rgba[own])
+        for name, material in materials_of(model).items():
+            other = materials_of(one.model)[name]
+            ours, theirs = ({k: np.asarray(v).tolist() for k, v in m.values.items()} for m in (other, material))
+            assert ours == theirs
+            assert (material.picture is None) == (other.picture is None)
+            if material.picture and other.picture:
+                assert np.array_equal(material.picture.pixels, other.picture.pixels)
+    first, second = (one.model for one in shared)
     assert not np.array_equal(first.geom_matid, second.geom_matid)
     for name in ("mat_texid", "mat_rgba", "mat_texrepeat", "mat_texuniform", "tex_adr", "tex_data", "tex_width"):
         assert np.array_equal(getattr(first, name), getattr(second, name)), name
 
 
-def test_without_pictures_geoms_have_their_mean_colour(painted_alone: list[mujoco.MjModel]) -> None:
+def test_without_pictures_geoms_have_their_mean_colour(painted_alone: Models) -> None:
     made = share([mujoco.MjSpec.from_string(text) for text in painted()])[0]
     assert made.model.nmat == 0
     assert "<mujoco" in made.text
@@ -218,15 +204,12 @@ def test_without_pictures_geoms_have_their_mean_colour(painted_alone: list[mujoc
     assert np.array_equal(colors[door], painted_alone[0].geom_rgba[door])
 
 
-def changed(**values: float) -> list[float]:
-    row = list(REST)
-    for name, value in values.items():
-        row[int(name[1:])] = value
-    return row
+def changed(values: dict[int, float]) -> list[float]:
+    return [values.get(place, number) for place, number in enumerate(REST)]
 
 
 def test_joints_stand_where_the_state_says_at_rest_and_asleep(shared: list[SharedModel]) -> None:
-    found = start_positions(shared[0], states((changed(q0=-0.6, q2=0.6), ("base__hinge",)), (REST, ())), 16)
+    found = start_positions(shared[0], states((changed({0: -0.6, 2: 0.6}), ("base__hinge",)), (REST, ())), 16)
     assert found.qpos[0, addresses(shared[0].model, shared[0].joints["base__hinge"])] == pytest.approx([-0.6], abs=1e-3)
     plate = found.qpos[0, addresses(shared[0].model, shared[0].joints["plate__free"])]
     assert plate[:3] == pytest.approx([0.6, -0.3, 0.92], abs=1e-3)
@@ -240,7 +223,8 @@ def test_joints_stand_where_the_state_says_at_rest_and_asleep(shared: list[Share
 
 
 def test_states_with_a_locked_joint_open_or_that_fall_are_left_out(shared: list[SharedModel]) -> None:
-    for row, reasons in (((changed(q1=0.2), ("locked__slide",)), {LOCKED}), ((changed(q4=1.3), ()), {MOVED, AWAKE})):
+    opened, fallen = (changed({1: 0.2}), ("locked__slide",)), (changed({4: 1.3}), ())
+    for row, reasons in ((opened, {LOCKED}), (fallen, {MOVED, AWAKE})):
         found = start_positions(shared[0], states(row, (REST, ())), 16)
         assert list(found.states) == [1]
         assert list(found.refused.values()) == [1]

@@ -72,18 +72,15 @@ ASIDE = [
 ]
 
 
-def test_a_changed_urdf_is_told(subtests: pytest.Subtests, tmp_path_factory: pytest.TempPathFactory) -> None:
+def test_a_changed_urdf_or_json_is_told(subtests: pytest.Subtests, tmp_path: Path) -> None:
     for old, new, cell in CHANGES:
         with subtests.test(old=old, new=new, cell=cell):
-            path = put(microwave(), tmp_path_factory.mktemp("case"))
+            path = put(microwave(), tmp_path)
             tamper(path, (old, new))
             assert any(cell in f"{pointer}: {message}" for pointer, message in asset_differences(path, microwave()))
-
-
-def test_a_changed_json_is_told(subtests: pytest.Subtests, tmp_path_factory: pytest.TempPathFactory) -> None:
     for place, value, cell in ASIDE:
         with subtests.test(place=place, value=value, cell=cell):
-            path = put(microwave(), tmp_path_factory.mktemp("case"))
+            path = put(microwave(), tmp_path)
             aside = json.loads(path.with_suffix(".json").read_text())
             at = aside
             for key in place[:-1]:
@@ -91,10 +88,6 @@ def test_a_changed_json_is_told(subtests: pytest.Subtests, tmp_path_factory: pyt
             at[place[-1]] = value
             path.with_suffix(".json").write_text(json.dumps(aside))
             assert cell in [pointer for pointer, _ in asset_differences(path, microwave())]
-
-
-def test_a_scene_is_what_was_written(tmp_path: Path) -> None:
-    assert scene_differences(write_to(urdf.write_scene(corner()), tmp_path), corner()) == []
 
 
 @pytest.mark.parametrize(
@@ -107,15 +100,15 @@ def test_a_scene_is_what_was_written(tmp_path: Path) -> None:
 )
 def test_a_changed_scene_is_told(pattern: str, new: str, cell: str, tmp_path: Path) -> None:
     folder = write_to(urdf.write_scene(corner()), tmp_path)
-    text = (folder / urdf.FILE).read_text()
-    changed, count = re.subn(pattern, new, text, count=1, flags=re.DOTALL)
+    changed, count = re.subn(pattern, new, (folder / urdf.FILE).read_text(), count=1, flags=re.DOTALL)
     assert count == 1
     (folder / urdf.FILE).write_text(changed)
     assert any(pointer.startswith(cell) for pointer, _ in scene_differences(folder, corner()))
 
 
-def test_a_changed_list_is_told(tmp_path: Path) -> None:
+def test_a_scene_is_what_was_written_and_a_changed_list_is_told(tmp_path: Path) -> None:
     folder = write_to(urdf.write_scene(corner()), tmp_path)
+    assert scene_differences(folder, corner()) == []
     listed = json.loads((folder / urdf.LIST).read_text())
     listed["placements"][0]["joints"] = {"microjoint": -0.5}
     listed["placements"][6]["position"][2] += 0.01

@@ -11,9 +11,8 @@ import pytest
 from casa_assets.addons.batch.merged_form import BatchForms
 from casa_assets.asset.lightweight import light_scene
 from casa_assets.checks.check import run
-from casa_assets.checks.scene import engine_sizes as sizes_of_engines
+from casa_assets.checks.scene import engine_sizes
 from casa_assets.checks.scene import subject as scene_subject
-from casa_assets.checks.scene.engine_sizes import engine_sizes
 from casa_assets.checks.scene.formats import SceneFiles
 from casa_assets.checks.scene.light_forms import BATCH_FILE, BatchSubject
 from casa_assets.checks.scene.placement import PreviewImages
@@ -21,7 +20,7 @@ from casa_assets.checks.scene.rest import MeasuredSpeed
 from casa_assets.formats.mjcf import batch
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.issue import Report, Status
-from casa_assets.model.kitchen.scene import EngineSizes, Scene
+from casa_assets.model.kitchen.scene import EngineSizes
 from tests.support.asset.assets import textured_box
 from tests.support.asset.cupboard import cupboard
 from tests.support.asset.examples import LIMITS, check_examples
@@ -31,16 +30,14 @@ from tests.support.kitchen.rooms import at, block, in_all_forms, room
 # Makes what is judged, below a folder.
 Make = Callable[[Path], object]
 LIGHT_BOX = 'name="thing_0__shape_0" type="box" size="0.1 0.1 0.1" pos="0 0 0.1"'
-WORLD = "<worldbody>"
+WORLD, STATIC = "<worldbody>", "float physics:static"
 
 
-def things() -> Scene:
-    crate = block("crate", (0.2, 0.2, 0.2), Base.FREE)
-    return room((crate, at(0.0, 0.0, 0.0)), (textured_box(), at(0.5, 0.0, 0.0)))
+CRATE = block("crate", (0.2, 0.2, 0.2), Base.FREE)
 
 
 def forms(folder: Path) -> SceneFiles:
-    return in_all_forms(things(), folder)
+    return in_all_forms(room((CRATE, at(0.0, 0.0, 0.0)), (textured_box(), at(0.5, 0.0, 0.0))), folder)
 
 
 def tampered(name: str, old: str, new: str) -> Make:
@@ -69,22 +66,30 @@ def speed(load_ms: float = 900.0, steps_per_s: float = 5000.0) -> Make:
 
 
 def batched(folder: Path) -> BatchSubject:
-    crate = block("crate", (0.2, 0.2, 0.2), Base.FREE)
-    scene = room((crate, at(1.0, -1.0, 0.0)), (cupboard(), at(0.0, 0.0, 0.0)))
+    scene = room((CRATE, at(1.0, -1.0, 0.0)), (cupboard(), at(0.0, 0.0, 0.0)))
     root = in_all_forms(scene, folder).scene_subject.root
     form = BatchForms(light_scene(scene)).form()
     (root / BATCH_FILE).write_bytes(batch.write(form).entries[BATCH_FILE])
     return BatchSubject(form, root)
 
 
-def batch_tampered(old: str, new: str) -> Make:
-
+def batch_tampered(*changes: tuple[str, str]) -> Callable[[Path], BatchSubject]:
     def make(folder: Path) -> BatchSubject:
         subject = batched(folder)
-        tamper(subject.root / BATCH_FILE, (old, new))
+        tamper(subject.root / BATCH_FILE, *changes)
         return subject
 
     return make
+
+
+def batch_with(*geoms: str) -> Make:
+    """The same with more in the world."""
+    return batch_tampered((WORLD, WORLD + "".join(geoms)))
+
+
+def raised(height: str) -> tuple[str, str]:
+    """The crate's box at another height."""
+    return LIGHT_BOX, LIGHT_BOX.replace("0 0 0.1", f"0 0 {height}")
 
 
 def geom(size: str, pos: str, bits: tuple[int, int] = (3, 0)) -> str:
@@ -97,49 +102,36 @@ def far(count: int) -> str:
     return "".join(geom("0.01 0.01 0.01", f"{50 + i} 50 1") for i in range(count))
 
 
-def inside_crate(count: int) -> str:
-    """Small boxes in the crate that touch what it touches."""
-    small = '<geom type="box" size="0.01 0.01 0.01" pos="0 0 0.1" contype="3" conaffinity="2" group="2" mass="0"/>'
-    return f"{small * count}<geom {LIGHT_BOX}"
-
-
 def sizes(awake_in_use: int) -> Make:
     numbers = {"nconmax": 8, "njmax": 8, "nccdmax": 8, "nvmax": 8, "contacts": 1, "rows": 1, "convex_pairs": 1}
     return lambda _: EngineSizes(**numbers, awake=56, awake_in_use=awake_in_use, fixtures=1, mujoco_bytes=1)
 
 
-def many_pairs(folder: Path) -> BatchSubject:
-    subject = batch_tampered(f"<geom {LIGHT_BOX}", inside_crate(140))(folder)
-    assert isinstance(subject, BatchSubject)
-    tamper(subject.root / BATCH_FILE, (WORLD, WORLD + far(138)))
-    return subject
-
-
+# In the crate, touching what it touches.
+SMALL = '<geom type="box" size="0.01 0.01 0.01" pos="0 0 0.1" contype="3" conaffinity="2" group="2" mass="0"/>'
+MANY_PAIRS = (f"<geom {LIGHT_BOX}", f"{SMALL * 140}<geom {LIGHT_BOX}")
 # Code -> what it is silent on, and what trips it alone.
 EXAMPLES: dict[str, tuple[Make, Make]] = {
     "SCN017": (forms, tampered("scene.xml", 'data="wall_cabinet object"', 'data="drawer object"')),
-    "SCN018": (
-        forms,
-        tampered("crate", "float physics:static", "float physics:restitution = 0.5\n            float physics:static"),
-    ),
+    "SCN018": (forms, tampered("crate", STATIC, f"float physics:restitution = 0.5\n            {STATIC}")),
     "SCN019": (forms, tampered("carton", "inputs:bias = (-1, -1, -1, 0)", "inputs:bias = (0, 0, 0, 0)")),
     "SCN020": (forms, tampered("scene.usda", "metersPerUnit = 1", "metersPerUnit = 0.01")),
     "SCN021": (forms, tampered("scene_light.xml", 'pos="0 0 0.1" mass="1"', 'pos="0 0 0.1" mass="2"')),
-    "SCN022": (forms, tampered("scene_light.xml", LIGHT_BOX, LIGHT_BOX.replace("0 0 0.1", "0 0 0.098"))),
+    "SCN022": (forms, tampered("scene_light.xml", *raised("0.098"))),
     "SCN024": (picture(black=0.04), picture(black=0.06)),
     "SCN025": (picture(white=0.04), picture(white=0.06)),
     "SCN026": (speed(load_ms=4900.0), speed(load_ms=5100.0)),
     "SCN027": (speed(steps_per_s=520.0), speed(steps_per_s=480.0)),
-    "SCN028": (forms, tampered("scene_light.xml", LIGHT_BOX, LIGHT_BOX.replace("0 0 0.1", "0 0 0.106"))),
-    "BAT001": (batched, batch_tampered('frictionloss="2.5"', 'frictionloss="2.4"')),
-    "BAT002": (batched, batch_tampered(WORLD, WORLD + far(300))),
-    "BAT003": (batched, many_pairs),
-    "BAT004": (batched, batch_tampered('sleep="enable"', 'sleep="disable"')),
-    "BAT005": (batched, batch_tampered(LIGHT_BOX, LIGHT_BOX.replace("0 0 0.1", "0 0 0.098"))),
-    "BAT006": (batched, batch_tampered(LIGHT_BOX, LIGHT_BOX.replace("0 0 0.1", "0 0 0.106"))),
-    "BAT007": (batched, batch_tampered(WORLD, WORLD + geom("1.9 0.05 1.9", "0 -1.5 1.9"))),
-    "BAT008": (batched, batch_tampered(WORLD, WORLD + geom("0.27 0.17 0.1", "0 0 0.15"))),
-    "BAT009": (batched, batch_tampered(WORLD, WORLD + geom("0.05 0.01 0.05", "0.2 -0.3 0.2", (1, 1)))),
+    "SCN028": (forms, tampered("scene_light.xml", *raised("0.106"))),
+    "BAT001": (batched, batch_tampered(('frictionloss="2.5"', 'frictionloss="2.4"'))),
+    "BAT002": (batched, batch_with(far(300))),
+    "BAT003": (batched, batch_tampered(MANY_PAIRS, (WORLD, WORLD + far(138)))),
+    "BAT004": (batched, batch_tampered(('sleep="enable"', 'sleep="disable"'))),
+    "BAT005": (batched, batch_tampered(raised("0.098"))),
+    "BAT006": (batched, batch_tampered(raised("0.106"))),
+    "BAT007": (batched, batch_with(geom("1.9 0.05 1.9", "0 -1.5 1.9"))),
+    "BAT008": (batched, batch_with(geom("0.27 0.17 0.1", "0 0 0.15"))),
+    "BAT009": (batched, batch_with(geom("0.05 0.01 0.05", "0.2 -0.3 0.2", (1, 1)))),
     "BAT010": (sizes(56), sizes(57)),
 }
 
@@ -193,17 +185,14 @@ class TestForms:
         assert (issue.code, issue.pointer) == ("SCN021", "joints")
         assert "thing_0__door_hinge" in issue.message
 
-    def test_a_meshed_light_form(self, tmp_path: Path) -> None:
+    def test_a_meshed_light_form_and_no_picture_are_no_pass(self, tmp_path: Path) -> None:
         files = forms(tmp_path)
         files.light.write_bytes(files.scene_subject.mjcf.read_bytes())
         message = [i.message for i in run(files, "room", LIMITS).issues if i.code == "SCN021"]
         assert [s.split(";")[0] for s in message] == ["has 3 meshes", "has 1 materials with pictures"]
-
-
-def test_no_picture_is_no_pass() -> None:
-    report = run(PreviewImages({}), "room", LIMITS)
-    assert {(r.code, r.status) for r in report.results} == {(c, Status.NOT_RUN) for c in ("SCN024", "SCN025")}
-    assert not report.passed
+        report = run(PreviewImages({}), "room", LIMITS)
+        assert {(r.code, r.status) for r in report.results} == {(c, Status.NOT_RUN) for c in ("SCN024", "SCN025")}
+        assert not report.passed
 
 
 def test_stopwatch_does_not_count_the_time_that_a_process_waits(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -217,28 +206,24 @@ def test_stopwatch_does_not_count_the_time_that_a_process_waits(monkeypatch: pyt
 def test_a_large_picture_is_told_by_its_name_and_a_file_that_is_not_there_once(tmp_path: Path) -> None:
     large = '<texture name="oak" type="2d" builtin="flat" rgb1="1 1 1" width="512" height="256"/>'
     shown = f'{large}<material name="oak" texture="oak"/></asset>'
-    subject = batch_tampered("</asset>", shown)(tmp_path)
+    subject = batch_tampered(("</asset>", shown))(tmp_path)
     found = run(subject, "room", LIMITS).issues
     assert [(issue.code, issue.pointer) for issue in found] == [("BAT001", "textures/oak")]
-    assert isinstance(subject, BatchSubject)
     (subject.root / BATCH_FILE).unlink()
     lost = run(BatchSubject(subject.form, subject.root), "room", LIMITS)
     assert [issue.code for issue in lost.issues] == ["BAT001"]
 
 
 def test_sizes_for_engines_are_found_with_a_margin(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sizes_of_engines, "TRIAL_S", 1.0)
-    monkeypatch.setattr(sizes_of_engines, "IN_USE_S", 1.0)
-    found = engine_sizes(batched(tmp_path))
+    for name in ("TRIAL_S", "IN_USE_S"):
+        monkeypatch.setattr(engine_sizes, name, 1.0)
+    found = engine_sizes.engine_sizes(batched(tmp_path))
     assert found.fixtures == 1
     # Ten things of six degrees of freedom, a robot of nine, and the cupboard's own four.
     assert 60 < found.awake <= 60 + 9 + 4 + 6
     assert 9 < found.awake_in_use <= 9 + 4 + 6
     assert 100_000 < found.mujoco_bytes < 20_000_000
-    for told, counted in (
-        (found.nconmax, found.contacts),
-        (found.njmax, found.rows),
-        (found.nccdmax, found.convex_pairs),
-        (found.nvmax, found.awake),
-    ):
+    told_sizes = (found.nconmax, found.njmax, found.nccdmax, found.nvmax)
+    counts = (found.contacts, found.rows, found.convex_pairs, found.awake)
+    for told, counted in zip(told_sizes, counts, strict=True):
         assert counted * 1.5 <= told <= counted * 1.5 + 8

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from casa_assets.core import system
-from casa_assets.core.numeric import Floats, Ints
+from casa_assets.core.numeric import Floats
 from casa_assets.errors import Rejected
 from casa_assets.formats.read import load
 from casa_assets.ingest.sources.discover import collect, discover
@@ -83,20 +83,17 @@ def test_usd_instances_are_expanded() -> None:
 
 
 def test_usd_holes_hidden_prims_and_handedness_are_minded() -> None:
-    whole = load_bytes("a.usda", made.usda()).parts[0].mesh
-    text = made.usda().replace("int[] faceVertexCounts", "int[] holeIndices = [0, 1]\n int[] faceVertexCounts")
-    assert len(load_bytes("a.usda", text).parts[0].mesh.faces) == 10
-    text = made.usda().replace(
-        "int[] faceVertexCounts", 'uniform token orientation = "leftHanded"\n int[] faceVertexCounts'
-    )
-    turned = load_bytes("a.usda", text).parts[0].mesh
-    assert _volume(whole.vertices, whole.faces) == pytest.approx(-_volume(turned.vertices, turned.faces))
-    hidden = made.usda().replace("int[] faceVertexCounts", 'token visibility = "invisible"\n int[] faceVertexCounts')
-    assert refusal("a.usda", hidden) == codes.NO_GEOMETRY
+    def with_line(line: str) -> str:
+        return made.usda().replace("int[] faceVertexCounts", f"{line}\n int[] faceVertexCounts")
 
-
-def _volume(points: Floats, faces: Ints) -> float:
-    return float(np.einsum("fi,fi->", points[faces[:, 0]], np.cross(points[faces[:, 1]], points[faces[:, 2]])) / 6)
+    assert len(load_bytes("a.usda", with_line("int[] holeIndices = [0, 1]")).parts[0].mesh.faces) == 10
+    assert refusal("a.usda", with_line('token visibility = "invisible"')) == codes.NO_GEOMETRY
+    volumes = []
+    for line in ("", 'uniform token orientation = "leftHanded"'):
+        mesh = load_bytes("a.usda", with_line(line)).parts[0].mesh
+        a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
+        volumes.append(np.einsum("fi,fi->", a, np.cross(b, c)))
+    assert volumes[0] == pytest.approx(-volumes[1])
 
 
 def test_usd_layers_of_the_folder_are_followed_and_no_others(tmp_path: Path) -> None:

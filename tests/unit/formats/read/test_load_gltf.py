@@ -1,15 +1,37 @@
-"""GLB and glTF: what is read rightly, and what is refused before it does harm."""
+"""GLB and glTF, plain or packed by Draco, meshopt, KTX 2 and WebP: what is read rightly, and what is refused."""
 
 from __future__ import annotations
 
+import io
 import math
 import struct
+import sys
 
+import DracoPy
 import numpy as np
+import pytest
+from PIL import Image
 
+from casa_assets.errors import Rejected
 from casa_assets.formats.read.gltf import Mapping2D
+from casa_assets.formats.read.gltf_document import JsonObject, decompressed
 from casa_assets.model import rejection_codes as codes
-from tests.support.mesh.mesh_files import QUARTERS, Gltf, codes_of, glb_bytes, load_bytes, png, refusal, texel
+from tests.support.mesh.mesh_files import (
+    ETC1S,
+    MESHOPT_NAMES,
+    QUARTERS,
+    UASTC,
+    Gltf,
+    codes_of,
+    glb_bytes,
+    load_bytes,
+    packed_view,
+    png,
+    refusal,
+    squeezed,
+    texel,
+)
+from tests.support.mesh.meshes import box_mesh
 
 RED, GREEN, BLUE = (255, 0, 0), (0, 255, 0), (0, 0, 255)
 
@@ -40,8 +62,7 @@ def test_mirrored_node_turns_the_faces_and_the_normals_follow() -> None:
     mesh = load_bytes("x.glb", made.glb()).parts[0].mesh
     a, b, c = mesh.vertices[mesh.faces[0]]
     assert np.cross(b - a, c - a)[2] > 0
-    assert mesh.normals is not None
-    assert np.allclose(mesh.normals, [0, 0, 1])
+    assert np.allclose(np.array(mesh.normals), [0, 0, 1])
 
 
 def test_strips_and_fans() -> None:
@@ -53,8 +74,7 @@ def test_strips_and_fans() -> None:
 
 def test_quantised_and_sparse_accessors() -> None:
     made = Gltf()
-    points = np.array([[0, 0, 0, 0], [127, 0, 0, 0], [0, -127, 0, 0]], dtype="i1")
-    at = made.add(points, "VEC3", normalized=True)
+    at = made.add(np.array([[0, 0, 0, 0], [127, 0, 0, 0], [0, -127, 0, 0]], dtype="i1"), "VEC3", normalized=True)
     made.accessors[at]["count"] = 3
     made.views[int(str(made.accessors[at]["bufferView"]))]["byteStride"] = 4
     made.attributes["POSITION"] = at
@@ -71,8 +91,7 @@ def test_vertex_colours_become_srgb() -> None:
     made = Gltf()
     made.attributes["COLOR_0"] = made.add(np.array([[0.2158605, 0, 1]] * 3, dtype="<f4"), "VEC3")
     colors = load_bytes("x.glb", made.glb()).parts[0].mesh.colors
-    assert colors is not None
-    assert colors[0].tolist() == [128, 0, 255, 255]
+    assert np.array(colors)[0].tolist() == [128, 0, 255, 255]
 
 
 def test_specular_glossiness_and_unlit_and_emissive_pictures_give_a_base_colour() -> None:
@@ -94,15 +113,12 @@ def test_specular_glossiness_and_unlit_and_emissive_pictures_give_a_base_colour(
 
 
 def test_alpha_follows_the_mode() -> None:
-    picture = np.full((2, 2, 4), 100, dtype=np.uint8)
-    channels = {}
-    for mode in ("OPAQUE", "BLEND", "MASK"):
+    for mode, color_type in {"OPAQUE": 2, "BLEND": 6, "MASK": 6}.items():  # of PNG: 2 RGB, 6 RGBA
         made = Gltf()
-        made.paint(png(picture), alphaMode=mode)
+        made.paint(png(np.full((2, 2, 4), 100, dtype=np.uint8)), alphaMode=mode)
         texture = load_bytes("x.glb", made.glb()).parts[0].material.base_color_texture
         assert texture is not None
-        channels[mode] = texture.png[25]
-    assert channels == {"OPAQUE": 2, "BLEND": 6, "MASK": 6}  # PNG colour types: 2 RGB, 6 RGBA
+        assert texture.png[25] == color_type
 
 
 def test_rest_pose_of_a_rigged_mesh_comes_from_its_joints() -> None:
@@ -189,3 +205,109 @@ def test_what_cannot_be_read_costs_the_input_or_the_picture_and_nothing_to_show_
     made.document["nodes"] = [{}]
     assert refusal("x.glb", made.glb()) == codes.NO_GEOMETRY
     assert refusal("x.glb", glb_bytes({"asset": {"version": "2.0"}})) == codes.NO_GEOMETRY
+
+
+DRACO = "KHR_draco_mesh_compression"
+STREAM = bytes.fromhex("a0" + "00" * 56)  # meshoptimizer's encoding of 100 vertices of 12 bytes, all zero
+BOX = box_mesh((0.08, 0.1, 0.06), (0.0, 0.05, 0.0), shared=True)
+
+
+def packed_by_draco(**changed: object) -> Gltf:
+    """A box with texture coordinates; `changed` overrides what the extension says."""
+    uv = np.linspace(0.0, 1.0, 2 * len(BOX.vertices)).reshape(-1, 2)
+    how = {"tex_coord": uv, "quantization_bits": 16, "preserve_order": True, "compression_level": 7}
+    data = DracoPy.encode(BOX.vertices, BOX.faces, **how)
+    made = Gltf([(0.0, 0.0, 0.0)] * len(BOX.vertices), [0] * BOX.faces.size)
+    made.attributes["TEXCOORD_0"] = made.add(uv.astype("<f4"), "VEC2")
+    for accessor in made.accessors:
+        del accessor["bufferView"]
+    attributes = {one["unique_id"]: one["attribute_type"] for one in DracoPy.decode(data).attributes}
+    ids = {{0: "POSITION", 3: "TEXCOORD_0"}[kind]: number for number, kind in attributes.items()}
+    made.primitive["extensions"] = {DRACO: {"bufferView": made.view(data), "attributes": ids, **changed}}
+    made.document["extensionsRequired"] = [DRACO]
+    return made
+
+
+def test_draco_comes_out_as_it_went_in() -> None:
+    mesh = load_bytes("a.glb", packed_by_draco().glb()).parts[0].mesh
+    size = float(np.ptp(BOX.vertices, axis=0).max())
+    corners, wanted = (np.sort(m.vertices[m.faces].reshape(-1, 3), axis=0) for m in (mesh, BOX))
+    assert corners == pytest.approx(wanted, rel=0.0, abs=1e-4 * size)
+    assert mesh.uv is not None
+    assert refusal("a.glb", packed_by_draco(bufferView=0).glb()) == codes.TRUNCATED
+    assert refusal("a.glb", packed_by_draco(attributes={"POSITION": 77}).glb()) == codes.BAD_SCHEMA
+    made = packed_by_draco()
+    made.accessors[0]["count"] = 3
+    assert refusal("a.glb", made.glb()) == codes.LENGTH_MISMATCH
+    made.accessors[1]["count"] = 10**9
+    assert refusal("a.glb", made.glb()) == codes.TOO_LARGE
+    made = packed_by_draco()
+    points = {"bufferView": made.view(DracoPy.encode(BOX.vertices)), "attributes": {"POSITION": 0}}
+    made.primitive["extensions"] = {DRACO: points}
+    assert refusal("a.glb", made.glb()) in (codes.NO_FACES, codes.TRUNCATED)
+
+
+def test_pictures_in_ktx2_and_webp_are_read_and_webp_before_its_stand_in() -> None:
+    for picture in (UASTC, ETC1S):
+        made = Gltf()
+        made.paint(picture)
+        made.document["textures"] = [{"extensions": {"KHR_texture_basisu": {"source": 0}}}]
+        made.document["extensionsRequired"] = ["KHR_texture_basisu"]
+        model = load_bytes("a.glb", made.glb())
+        found = np.array([texel(model, 0, vertex)[:3] for vertex in range(3)])
+        assert np.abs(found - [RED, GREEN, BLUE]).max() < 8
+    out = io.BytesIO()
+    Image.fromarray(QUARTERS).save(out, "WEBP", lossless=True)
+    made = Gltf()
+    made.paint(png(np.zeros((2, 2, 3), np.uint8)))
+    made.document["images"] = [*made.document["images"], {"bufferView": made.view(out.getvalue())}]  # type: ignore[misc]
+    made.document["textures"] = [{"source": 0, "extensions": {"EXT_texture_webp": {"source": 1}}}]
+    model = load_bytes("a.glb", made.glb())
+    assert [texel(model, 0, vertex) for vertex in range(3)] == [RED, GREEN, BLUE]
+
+
+def test_a_ktx2_picture_that_lies_is_left_out() -> None:
+    for broken in (
+        UASTC[:20],
+        UASTC[:100],
+        UASTC[:20] + struct.pack("<II", 2**31, 2**31) + UASTC[28:],
+        UASTC[:12] + struct.pack("<I", 37) + UASTC[16:],
+    ):
+        made = Gltf()
+        made.paint(broken)
+        model = load_bytes("a.glb", made.glb())
+        assert model.parts[0].material.base_color_texture is None
+        assert codes_of(model) & {codes.IMAGE_UNREADABLE, codes.IMAGE_REFUSED}
+
+
+@pytest.mark.parametrize("name", MESHOPT_NAMES)
+def test_without_a_decoder_the_message_says_what_to_do(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "meshoptimizer", None)
+    made = squeezed([(STREAM, 12, "ATTRIBUTES", 100), (b"", 2, "TRIANGLES", 99)], name)
+    with pytest.raises(Rejected, match=r"pip install meshoptimizer.*C\+\+ compiler.*gltf-transform copy") as caught:
+        load_bytes("x.glb", made.glb())
+    assert caught.value.code == codes.UNSUPPORTED_EXTENSION
+
+
+@pytest.mark.parametrize(
+    ("changes", "code"),
+    [
+        ({"mode": "PICTURES"}, codes.UNSUPPORTED_EXTENSION),
+        ({"filter": "COLOR"}, codes.UNSUPPORTED_EXTENSION),
+        ({"filter": "OCTAHEDRAL"}, codes.BAD_SCHEMA),
+        ({"byteStride": 6}, codes.BAD_SCHEMA),
+        ({"byteStride": 0}, codes.BAD_SCHEMA),
+        ({"byteStride": 260}, codes.BAD_SCHEMA),
+        ({"count": 10**9}, codes.TOO_LARGE),
+        ({"mode": "TRIANGLES", "byteStride": 4}, codes.BAD_SCHEMA),
+        ({"mode": "INDICES"}, codes.BAD_SCHEMA),
+    ],
+)
+def test_what_is_out_of_bounds_is_rejected_with_or_without_a_decoder(
+    changes: dict[str, object], code: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "meshoptimizer", None)
+    with pytest.raises(Rejected) as caught:
+        decompressed(JsonObject(packed_view(STREAM, 12, "ATTRIBUTES", 100) | changes, "x"), STREAM, 10**8)
+    assert caught.value.code == code
+    assert "pip install" not in str(caught.value)
