@@ -146,7 +146,6 @@ def read() -> dict[str, Record]:
 
 
 def write(every: Sequence[Part], known: dict[str, Record]) -> None:
-    """Record, and write the page."""
     text = json.dumps({name: asdict(record) for name, record in sorted(known.items())}, indent=1)
     RECORDED.write_text(f"{text}\n", encoding="utf-8")
     PAGE.write_text(f"{HEAD}{rows(every, known)}\n", encoding="utf-8")
@@ -165,7 +164,6 @@ def rows(every: Sequence[Part], known: dict[str, Record]) -> str:
 
 
 def table(every: Sequence[Part], known: dict[str, Record]) -> str:
-    """The same for a terminal."""
     lines = []
     for part in every:
         done = known.get(part.name)

@@ -73,7 +73,6 @@ def main() -> None:
 
 
 def frame(camera: str, picture: Path) -> None:
-    """Sets what is drawn, how large and where to."""
     scene = bpy.context.scene
     scene.camera = bpy.data.objects[camera]
     scene.render.engine = "CYCLES"

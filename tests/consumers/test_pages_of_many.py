@@ -42,7 +42,6 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def rooms(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A page about 601 kitchens."""
     out = tmp_path_factory.mktemp("scenes")
     for i in range(600):
         scene(out, ("galley", "l_small", "u_large")[i % 3], f"style_{i:03}")

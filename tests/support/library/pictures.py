@@ -36,7 +36,6 @@ def relief(seed: int = 1, size_px: int = 512) -> npt.NDArray[np.float32]:
 
 
 def encoded(image: npt.NDArray[np.generic], kind: str = "PNG") -> bytes:
-    """The bytes of a file with the picture."""
     out = io.BytesIO()
     Image.fromarray(image).save(out, kind)
     return out.getvalue()
@@ -89,7 +88,6 @@ def write_pictures(folder: Path, count: int, name: str = "stone") -> Path:
 
 
 def painted(params: Any, lane: str, canvas: Canvas = CANVAS, seed: int = 1) -> Layers:
-    """Parameters of a kind of texture, painted."""
     paint = next(kind.paint for kind in KINDS.values() if kind.params is type(params))
     return paint(params, canvas, rng_for(seed, lane))
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
+from unittest.mock import Mock
 
 import pytest
 
@@ -67,10 +68,8 @@ def test_a_full_disk_is_told_in_place_of_an_answer(
 
 
 def test_no_folder_for_temporary_files_is_a_full_disk(monkeypatch: pytest.MonkeyPatch) -> None:
-    def refuse() -> str:
-        raise FileNotFoundError(2, "No usable temporary directory found")
-
-    monkeypatch.setattr(limits.tempfile, "gettempdir", refuse)
+    refused = FileNotFoundError(2, "No usable temporary directory found")
+    monkeypatch.setattr(limits.tempfile, "gettempdir", Mock(side_effect=refused))
     assert "No usable temporary directory found" in str(limits.full_disk())
 
 
