@@ -16,10 +16,6 @@ from tests.consumers.test_old_mujoco import VERSIONS, told
 from tests.support.library.libraries import ROOT
 from tests.support.program.environments import found_by
 
-PICTURES = ROOT / "out" / "consumers"
-DRAWER = "main_drawers__drawer0_slidejoint"
-NEWTON_STEPS = 50
-
 pytestmark = pytest.mark.consumers
 
 
@@ -38,12 +34,12 @@ def model(kitchen: Path) -> mujoco.MjModel:
 
 @pytest.fixture(scope="module")
 def robosuite(kitchen: Path) -> Any:
-    return found_by("robosuite", "robosuite_kitchen.py", kitchen, DRAWER)
+    return found_by("robosuite", "robosuite_kitchen.py", kitchen, "main_drawers__drawer0_slidejoint")
 
 
 @pytest.fixture(scope="module")
 def newton(kitchen: Path) -> Any:
-    return found_by("newton", "newton_kitchen.py", kitchen / "scene_nested.usda", NEWTON_STEPS)
+    return found_by("newton", "newton_kitchen.py", kitchen / "scene_nested.usda", 50)
 
 
 def joints(model: mujoco.MjModel) -> dict[str, int]:
@@ -120,8 +116,8 @@ class TestNewton:
 class TestBlender:
     @pytest.mark.parametrize("camera", ["overview", "at_sink"])
     def test_draws_what_our_cameras_see(self, camera: str, kitchen: Path) -> None:
-        PICTURES.mkdir(parents=True, exist_ok=True)
-        picture = PICTURES / f"blender_{camera}.png"
+        picture = ROOT / "out" / "consumers" / f"blender_{camera}.png"
+        picture.parent.mkdir(parents=True, exist_ok=True)
         found = found_by("blender", "blender_kitchen.py", kitchen / "scene.usda", camera, picture)
         assert found["blender"].startswith("5.0.")
         assert (found["missing"], found["bare"]) == ([], [])

@@ -93,8 +93,7 @@ def test_a_door_opens_by_slider_by_button_and_by_click(browser: Browser, oven_pa
     page = browser.open(oven_page)
     loaded = "performance.getEntriesByType('resource').length + document.querySelectorAll('script[src]').length"
     assert page.evaluate(loaded) == 0, "nothing is loaded before somebody asks"
-    assert page.evaluate(OPEN)
-    page.wait(READY)
+    page = opened(browser, oven_page)
     (name,) = [joint["name"] for joint in joints(page).values() if joint["type"] == "hinge"]
     door = joints(page)[name]
     assert door["position"] == pytest.approx(door["closed"])
@@ -225,19 +224,12 @@ def test_the_bundle_is_what_its_sources_build(tmp_path: Path) -> None:
         assert (out / name).read_bytes() == (bundle / name).read_bytes()
 
 
-KITCHEN = "one_wall_small__coastal"
 PATIENCE_S = 240.0
 
 
 @pytest.fixture(scope="module")
-def served_microwave(cache: Path) -> Iterator[ViewServer]:
-    with serving(find("microwave/steel", Path("none"), ()), lambda s, tell: make(s, cache, tell)) as server:
-        yield server
-
-
-@pytest.fixture(scope="module")
 def kitchen(cache: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[ViewServer]:
-    subject = find(KITCHEN, tmp_path_factory.mktemp("scenes"), ())
+    subject = find("one_wall_small__coastal", tmp_path_factory.mktemp("scenes"), ())
     with serving(subject, lambda s, tell: make(s, cache, tell), "on") as server:
         yield server
 
@@ -250,24 +242,25 @@ def shown(browser: Browser, server: ViewServer, **how: bool | int) -> Page:
 
 
 def wait_until(is_so: Callable[[], bool]) -> None:
-    """Wait for what the page asks the server for. Raises AssertionError where it does not come."""
+    """Wait for what the page asks the server for."""
     end = time.monotonic() + 20.0
     while not is_so():
         assert time.monotonic() < end, "it does not come"
         time.sleep(0.2)
 
 
-def test_keys_start_and_stop_a_microwave(browser: Browser, served_microwave: ViewServer) -> None:
-    page = shown(browser, served_microwave)
-    assert page.texts(".state") == ["lamp: off", "power: off"]
-    page.click("text=press start button")
-    wait_until(lambda: "power: on" in page.texts(".state"))
-    assert "spin" in " ".join(page.texts(".state.acts"))
-    page.click("text=press stop button")
-    wait_until(lambda: "power: off" in page.texts(".state"))
-    page.press("End", '[data-joint="microjoint"] input')
-    wait_until(lambda: "lamp: on" in page.texts(".state"))
-    page.assert_clean()
+def test_keys_start_and_stop_a_microwave(browser: Browser, cache: Path) -> None:
+    with serving(find("microwave/steel", Path("none"), ()), lambda s, tell: make(s, cache, tell)) as server:
+        page = shown(browser, server)
+        assert page.texts(".state") == ["lamp: off", "power: off"]
+        page.click("text=press start button")
+        wait_until(lambda: "power: on" in page.texts(".state"))
+        assert "spin" in " ".join(page.texts(".state.acts"))
+        page.click("text=press stop button")
+        wait_until(lambda: "power: off" in page.texts(".state"))
+        page.press("End", '[data-joint="microjoint"] input')
+        wait_until(lambda: "lamp: on" in page.texts(".state"))
+        page.assert_clean()
 
 
 def test_a_pose_lights_burners_and_a_knob_puts_one_out(browser: Browser, kitchen: ViewServer) -> None:

@@ -76,8 +76,8 @@ WATCHED = {
     "test_batches.py": _BATCHES,
     "test_blender.py": Watched(
         ("blender",),
-        _package("core/system.py", *(f"formats/read/{name}.py" for name in ("blend", "blend_convert")))
-        + _package("show/stills/photoreal.py", "show/stills/blender"),
+        _package("core/system.py", "formats/read/blend.py", "formats/read/blend_convert.py", "show/stills/blender")
+        + _package("show/stills/photoreal.py"),
     ),
     "test_clip.py": Watched(("clip",), _package("library/clip.py", "library/library_report.py", "articulate/kinds.py")),
     "test_kitchens.py": Watched(

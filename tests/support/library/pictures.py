@@ -60,8 +60,7 @@ def tiff(image: npt.NDArray[np.generic], **tile: int) -> bytes:
     """
     (height, width), samples = image.shape[:2], 1 if image.ndim == 2 else 3
     data, kind = image.tobytes(), {"u": 1, "i": 2, "f": 3}[image.dtype.kind]
-    short, long = (3, "<H"), (4, "<I")
-    bits = image.dtype.itemsize * 8
+    short, long, bits = (3, "<H"), (4, "<I"), image.dtype.itemsize * 8
     tags = [(256, long, [width]), (257, long, [height]), (258, short, [bits] * samples), (259, short, [1])]
     tags += [(262, short, [1 if samples == 1 else 2]), (273, long, [8]), (277, short, [samples])]
     tags += [(278, long, [height]), (279, long, [len(data)])]

@@ -79,13 +79,10 @@ def test_links_that_leave_the_folder_are_not_followed(entry: Path, name: str, re
         read(entry.parent.parent)
 
 
-def test_a_pipe_is_no_file(tmp_path: Path) -> None:
+def test_a_pipe_is_no_file_and_a_picture_that_is_none_is_told(entry: Path, tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe")
     with pytest.raises(OutputError, match="no regular file"):
         file_inside(tmp_path, "pipe", tmp_path / "asset.json", "files/0")
-
-
-def test_a_picture_that_is_none_is_told(entry: Path, tmp_path: Path) -> None:
     (entry / "preview.png").write_bytes(b"root:x:0:0")
     with pytest.raises(OutputError, match=r"preview\.png.*is no picture"):
         write_report(tmp_path / "library", tmp_path / "report.html")
