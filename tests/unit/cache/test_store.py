@@ -19,6 +19,7 @@ from casa_assets.runs import engine as batch
 from tests.support.library.libraries import write_files
 
 KEY = "ab" * 32
+Scans = Callable[[], dict[str, code_index.Scan]]  # what a new process would find in a package
 
 
 @pytest.mark.parametrize("damage", [b"", b"not compressed", None])
@@ -110,7 +111,7 @@ def test_a_cache_that_keeps_nothing_is_replaced_and_named(
 
 
 @pytest.fixture
-def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[], dict[str, code_index.Scan]]]:
+def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Scans]:
     monkeypatch.setenv("CASA_ASSETS_CACHE", str(tmp_path / "cache"))
     root, imports = tmp_path / "casa_assets", "from casa_assets.two import made\nimport numpy\n"
     write_files(root, {"__init__.py": "", "one.py": imports, "two.py": 'made = "table.yaml"\n'})
@@ -126,9 +127,7 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callabl
     code_index._scans.cache_clear()
 
 
-def test_only_a_changed_file_is_read_again(
-    package: Callable[[], dict[str, code_index.Scan]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_only_a_changed_file_is_read_again(package: Scans, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     before = package()
     read: list[str] = []
     theirs = code_index._scan_text
@@ -142,16 +141,12 @@ def test_only_a_changed_file_is_read_again(
     assert after["casa_assets.one"] == before["casa_assets.one"]
 
 
-def test_a_new_module_has_all_read_again(package: Callable[[], dict[str, code_index.Scan]], tmp_path: Path) -> None:
+def test_a_new_module_or_a_damaged_index_has_all_read_again(package: Scans, tmp_path: Path) -> None:
     """What `from casa_assets.two import made` leads to depends on which modules there are."""
-    package()
-    (tmp_path / "casa_assets" / "two.py").unlink()
-    write_files(tmp_path / "casa_assets" / "two", {"__init__.py": "", "made.py": ""})
-    assert package()["casa_assets.one"].modules == ("casa_assets.two.made",)
-
-
-def test_a_damaged_index_is_made_again(package: Callable[[], dict[str, code_index.Scan]], tmp_path: Path) -> None:
     before = package()
     for path in (tmp_path / "cache" / code_index.KEPT_IN).iterdir():
         path.write_bytes(path.read_bytes()[:40])
     assert package() == before
+    (tmp_path / "casa_assets" / "two.py").unlink()
+    write_files(tmp_path / "casa_assets" / "two", {"__init__.py": "", "made.py": ""})
+    assert package()["casa_assets.one"].modules == ("casa_assets.two.made",)

@@ -55,9 +55,7 @@ def test_answers_belong_to_their_jobs(pool: Pool) -> None:
     assert run(pool, ("nothing", ""), ("large", "x")) == [None, b"x" * 5_000_000]
     (died,) = run(pool, ("raise", "7"))
     assert "in _raise" in died.trace
-
-
-def test_a_worker_is_known_has_one_thread_and_is_ended_before_the_run(pool: Pool) -> None:
+    # A worker is known, has one thread and is ended before the run.
     own = int(Path("/proc/self/oom_score_adj").read_text(encoding="ascii"))
     jobs = [("is_worker", ""), ("threads", ""), ("oom_score", "")]
     assert run(pool, *jobs) == [True, "1", max(own, OOM_SCORE)]
