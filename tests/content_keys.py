@@ -101,11 +101,6 @@ def _texture(name: str) -> str:
     return digest_of(_code((kind.params.__module__, kind.paint.__module__)), module_digest(PAINTS), recipe.digest)
 
 
-def _surface(name: str) -> str:
-    """All textures of a surface."""
-    return digest_of([_texture(recipe) for recipe in recipes()[Surface(name)]])
-
-
 def _plan(name: str) -> str:
     """The code that lays out kitchens, and the plan."""
     return digest_of(_code((ORDERS_KITCHENS,)), load_plan(name)[0].digest)
@@ -123,16 +118,11 @@ def _style(name: str) -> str:
 def _package(name: str) -> str:
     """The code of a package or module, relative to casa_assets, and the whole registry if it reads it."""
     whole = f"{PACKAGE}.{name}"
-    modules = tuple(module for module in _every_module() if f"{module}.".startswith(f"{whole}."))
+    modules = tuple(module for module in sorted(package_files().sources) if f"{module}.".startswith(f"{whole}."))
     if not modules:
         raise LookupError(f'there is no package {whole}, which a mark content("code", ...) names')
     reads = any(scan(module).reads_registry for module in reach(*modules).modules)
     return digest_of(_code(modules), _whole_registry() if reads else "")
-
-
-@cache
-def _every_module() -> tuple[str, ...]:
-    return tuple(sorted(package_files().sources))
 
 
 @cache
@@ -152,7 +142,10 @@ KINDS: dict[str, tuple[Callable[[str], str], Callable[[], Iterable[str]]]] = {
     "family": (_family, family_names),
     "object": (_object, object_names),
     "texture": (_texture, lambda: [name for rows in recipes().values() for name in rows]),
-    "surface": (_surface, lambda: [surface.value for surface in Surface]),
+    "surface": (
+        lambda name: digest_of([_texture(recipe) for recipe in recipes()[Surface(name)]]),
+        lambda: [surface.value for surface in Surface],
+    ),
     "plan": (_plan, plan_names),
     "style": (_style, lambda: (*style_names(), ALL)),
     "code": (_package, _named_packages),
@@ -232,15 +225,13 @@ def file_key(path: str) -> str:
         if name not in files:
             files[name] = python_text(name)
             waiting += files[name].helpers
-    judges = {module for one in files.values() for module in one.modules if _is_judge(module)}
+    makers = tuple(f"{maker}." for maker in MAKERS)
+    every = {module for one in files.values() for module in one.modules}
+    judges = {module for module in every if module in JUDGES or not f"{module}.".startswith(makers)}
     named = {text for one in files.values() for text in one.texts}
     limits = sorted(row for row in registry.load().limits.items() if row[0] in named)
     texts = [(name, one.sha256) for name, one in sorted(files.items())]
     return digest_of(texts, _code(tuple(sorted(judges))), limits)[:SHOWN]
-
-
-def _is_judge(module: str) -> bool:
-    return module in JUDGES or not f"{module}.".startswith(tuple(f"{maker}." for maker in MAKERS))
 
 
 class PythonText:
@@ -254,7 +245,10 @@ class PythonText:
     def __init__(self, text: str) -> None:
         nodes = list(ast.walk(ast.parse(text)))
         imported = {pair for node in nodes for pair in _imported(node)}
-        places = {place for origin, name in imported for place in _places(origin, name)}
+        names = {
+            full for origin, name in imported if origin.startswith("tests") for full in (origin, f"{origin}.{name}")
+        }
+        places = {f"{name.replace('.', '/')}.py" for name in names}
         self.sha256 = hashlib.sha256(text.encode()).hexdigest()
         self.helpers = sorted(place for place in places if (ROOT / place).is_file())
         self.modules = sorted({target(*pair) for pair in imported if is_ours(pair[0]) and pair[0] != PACKAGE})
@@ -268,13 +262,6 @@ def _imported(node: ast.AST) -> Iterator[tuple[str, str]]:
         yield from ((node.module or "", alias.name) for alias in node.names)
     elif isinstance(node, ast.Import):
         yield from ((alias.name, "") for alias in node.names)
-
-
-def _places(origin: str, name: str) -> tuple[str, ...]:
-    """Where a helper of tests/ would stand."""
-    return tuple(
-        f"{module.replace('.', '/')}.py" for module in (origin, f"{origin}.{name}") if origin.startswith("tests")
-    )
 
 
 @cache
@@ -314,23 +301,17 @@ def unchanged(
         count = stated[0] if stated else KEPT_ROWS
         kept = {number * len(rows) // count for number in range(count)}
         others = [row for number, row in enumerate(rows) if number not in kept]
-        same = [row for row in others if _is_recorded(test.partition("::")[0], subjects(row), known)]
+        path = test.partition("::")[0]
+        is_old = known.get(path) == file_key(path)
+        same = [row for row in others if is_old and all(known.get(s) == subject_key(s) for s in subjects(row))]
         found += others if kept and most is not None and len(others) - len(same) > most else same
     return found
-
-
-def _is_recorded(path: str, names: Iterable[str], recorded: Mapping[str, str]) -> bool:
-    if recorded.get(path) != file_key(path):
-        return False
-    return all(recorded.get(name) == subject_key(name) for name in names)
 
 
 @lru_cache(maxsize=1)
 def read_recorded() -> Mapping[str, str]:
     """The recorded keys; empty if there are none."""
-    if not RECORDED.is_file():
-        return {}
-    found: dict[str, str] = json.loads(RECORDED.read_text(encoding="utf-8"))
+    found: dict[str, str] = json.loads(RECORDED.read_text(encoding="utf-8")) if RECORDED.is_file() else {}
     return found
 
 
@@ -343,7 +324,6 @@ def present_keys() -> dict[str, str]:
 
 
 def main() -> None:
-    """List what has changed since keys were recorded, or record them."""
     parser = argparse.ArgumentParser(
         prog="python -m tests.content_keys", description=(__doc__ or "").partition("\n")[0]
     )

@@ -1,6 +1,5 @@
 """Find docstrings in the dialect that this project once had, which strangers have to read twice.
 
-    python -m tests.plain_words             share per package, and the files with most of them
     python -m tests.plain_words FILE ...    each docstring that has a mark of it, with its line
     python -m tests.plain_words --changed   the same for files that differ from the last commit; ends with 1 if any has
 
@@ -16,7 +15,6 @@ import ast
 import re
 import subprocess
 import sys
-from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -88,26 +86,15 @@ def changed_files() -> list[Path]:
 
 
 def main() -> int:
-    """Print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("files", nargs="*", type=Path, help="Python files")
     parser.add_argument("--changed", action="store_true", help="files that differ from the last commit")
     arguments = parser.parse_args()
-    if arguments.changed or arguments.files:
-        found, _ = marked([path.resolve() for path in arguments.files] or changed_files())
-        for one in found:
-            instead = "; ".join(f"{name} ({MARKS[name][1]})" for name in one.marks)
-            print(f"{one.file.relative_to(ROOT)}:{one.line}: {one.owner}: write {instead}")
-        return int(bool(found))
-    found, count = marked(sorted(PACKAGE.rglob("*.py")))
-    print(f"{len(found)} of {count} docstrings of {PACKAGE.name} ({100 * len(found) / count:.1f} %) have a mark")
-    packages = Counter(one.file.relative_to(PACKAGE).parts[0] for one in found)
-    print("  ".join(f"{name} {number}" for name, number in packages.most_common()))
-    for mark, number in Counter(mark for one in found for mark in one.marks).most_common():
-        print(f"{number:5} {mark}")
-    for file, number in Counter(one.file for one in found).most_common(10):
-        print(f"{number:5} {file.relative_to(ROOT)}")
-    return 0
+    found, _ = marked([path.resolve() for path in arguments.files] or changed_files())
+    for one in found:
+        instead = "; ".join(f"{name} ({MARKS[name][1]})" for name in one.marks)
+        print(f"{one.file.relative_to(ROOT)}:{one.line}: {one.owner}: write {instead}")
+    return int(bool(found))
 
 
 if __name__ == "__main__":

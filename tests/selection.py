@@ -43,7 +43,7 @@ BUDGET_S, LONG_S = 160.0, 50.0
 SMOKE = (
     "tests/unit/cli/test_output.py",
     "tests/unit/cli/test_help.py",
-    "tests/unit/runs/remote/test_stored_run.py",
+    "tests/unit/runs/remote/test_push_and_pull.py",
     "tests/unit/show/reports/test_page_template.py",
     "tests/unit/export/test_exports.py",
     "tests/unit/test_examples.py",
@@ -130,7 +130,8 @@ class Imports:
     def _by_fixtures(self, test: str) -> set[str]:
         """What the fixtures import that a test file names and that a conftest.py above it defines."""
         wanted, seen = list(self.files[test].arguments), set[str]()
-        above = [self.files[path] for path in _conftests(test) if path in self.files]
+        places = ((folder / CONFTEST).as_posix() for folder in PurePosixPath(test).parents)
+        above = [self.files[path] for path in places if path in self.files]
         found: set[str] = set()
         while wanted:
             name = wanted.pop()
@@ -210,11 +211,6 @@ def _steps(starts: Iterable[str], edges: dict[str, set[str]]) -> dict[str, int]:
     return found
 
 
-def _conftests(test: str) -> Iterator[str]:
-    for folder in PurePosixPath(test).parents:
-        yield (folder / CONFTEST).as_posix()
-
-
 def _name(path: str) -> str:
     return path.rpartition("/")[2]
 
@@ -251,7 +247,9 @@ class _Scan:
         by_name: dict[str, set[str]] = {}
         for name, module in bound:
             by_name.setdefault(name, set()).add(module)
-        self.fixtures = {f.name: _fixture(f, by_name) for f in functions if _is_asked_for(f)}
+        # What every test gets by itself tells nothing.
+        marks = {f: [m for m in map(ast.unparse, f.decorator_list) if "autouse=True" not in m] for f in functions}
+        self.fixtures = {f.name: _fixture(f, by_name) for f in functions if any("fixture" in m for m in marks[f])}
 
 
 def _run_nodes(tree: ast.AST) -> Iterator[ast.AST]:
@@ -277,12 +275,6 @@ def _bound(node: ast.Import | ast.ImportFrom) -> Iterator[tuple[str, str]]:
 
 def _arguments(function: ast.FunctionDef | ast.AsyncFunctionDef) -> list[str]:
     return [a.arg for a in (*function.args.posonlyargs, *function.args.args, *function.args.kwonlyargs)]
-
-
-def _is_asked_for(function: ast.FunctionDef | ast.AsyncFunctionDef) -> bool:
-    """Whether a function is a fixture that tests name; what every test gets by itself tells nothing."""
-    marks = [ast.unparse(mark) for mark in function.decorator_list]
-    return any("fixture" in mark and "autouse=True" not in mark for mark in marks)
 
 
 def _fixture(function: ast.FunctionDef | ast.AsyncFunctionDef, imports: dict[str, set[str]]) -> _Fixture:
@@ -320,7 +312,6 @@ def seconds_of(junit: Path, root: Path) -> dict[str, float]:
 
 
 def main() -> int:
-    """Print the test files that are chosen for changed files."""
     parser = argparse.ArgumentParser(prog="python -m tests.selection", description="Choose the tests near a change.")
     parser.add_argument("files", nargs="*", help="changed files; those that differ from the base if none is given")
     parser.add_argument("--base", help="commit; uncommitted changes, or the last commit, if none is given")

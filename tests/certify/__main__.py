@@ -105,7 +105,8 @@ def run(part: Part) -> Record:
         passed = all(_passes(command, part.limit_s, kept.fileno()) for command in (*part.commands, *part.after))
     text = log.read_text(encoding="utf-8", errors="replace")
     print(text[-4000:] if passed else text[-20_000:])
-    counts = [int(count) for count in COUNT.findall(text)] if _runs_tests(part) else []
+    runs_tests = any("pytest" in command for command in part.commands)
+    counts = [int(count) for count in COUNT.findall(text)] if runs_tests else []
     date = datetime.datetime.now(datetime.UTC).date().isoformat()
     result = PASSED if passed else FAILED
     done = Record(result, round(time.monotonic() - begin), date, commit, sum(counts) if counts else None)
@@ -124,10 +125,6 @@ def _passes(command: Sequence[str], limit_s: int, output: int) -> bool:
     return ran.returncode == 0
 
 
-def _runs_tests(part: Part) -> bool:
-    return any("pytest" in command for command in part.commands)
-
-
 def _commit() -> str:
     def git(*words: str) -> str:
         return subprocess.run(["git", *words], cwd=ROOT, check=True, stdout=subprocess.PIPE, text=True).stdout.strip()
@@ -140,13 +137,11 @@ def _commit() -> str:
 
 def read() -> dict[str, Record]:
     """What was recorded, by name of the part."""
-    if not RECORDED.is_file():
-        return {}
-    return {name: Record(**record) for name, record in json.loads(RECORDED.read_text(encoding="utf-8")).items()}
+    found = json.loads(RECORDED.read_text(encoding="utf-8")) if RECORDED.is_file() else {}
+    return {name: Record(**record) for name, record in found.items()}
 
 
 def write(every: Sequence[Part], known: dict[str, Record]) -> None:
-    """Record, and write the page."""
     text = json.dumps({name: asdict(record) for name, record in sorted(known.items())}, indent=1)
     RECORDED.write_text(f"{text}\n", encoding="utf-8")
     PAGE.write_text(f"{HEAD}{rows(every, known)}\n", encoding="utf-8")
@@ -165,7 +160,6 @@ def rows(every: Sequence[Part], known: dict[str, Record]) -> str:
 
 
 def table(every: Sequence[Part], known: dict[str, Record]) -> str:
-    """The same for a terminal."""
     lines = []
     for part in every:
         done = known.get(part.name)

@@ -24,17 +24,14 @@ LONG = {
     "pages": ("every code block of README and docs", ("test_documents.py", "test_notebook.py")),
     "meshes": (
         "public meshes, hostile inputs, broken plans, random members of families",
-        ("test_families.py", "test_hostile_set.py", "test_mended_plans.py", "test_public_meshes.py"),
+        ("test_content.py", "test_hostile_set.py", "test_public_meshes.py"),
     ),
     "robocasa": ("all atomic tasks of RoboCasa, fixtures by its classes", ("test_robocasa_tasks.py", "robocasa")),
-    "engines": (
-        "ten kitchens in mujoco_warp, Newton and MJX, each held against MuJoCo",
-        ("test_batches.py",),
-    ),
+    "engines": ("ten kitchens in mujoco_warp, Newton and MJX, each held against MuJoCo", ("test_batches.py",)),
     "robots": ("all robots in whole kitchens", ("test_robots.py",)),
     "clusters": (
         "whole sets of meshes on one machine, in shards and on clusters that lose a machine",
-        tuple(f"cluster/test_{name}.py" for name in ("faults", "losses", "whole_sets")),
+        tuple(f"cluster/test_{name}.py" for name in ("faults", "whole_sets")),
     ),
     "soak": ("two hours on a cluster with faults at random", ("cluster/test_soak.py",)),
 }

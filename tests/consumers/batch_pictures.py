@@ -42,7 +42,6 @@ def main() -> None:
 
 
 def drawn_at_once(batch: casa.Batch[Any]) -> list[NDArray[np.uint8]]:
-    """The camera's picture of each world."""
     import mujoco_warp as mjw
     import warp as wp
 
@@ -67,7 +66,6 @@ def drawn_at_once(batch: casa.Batch[Any]) -> list[NDArray[np.uint8]]:
 
 
 def reduced(picture: NDArray[Any]) -> NDArray[np.float64]:
-    """Means of blocks of pixels, each channel by itself."""
     blocks = picture.reshape(HEIGHT // BLOCK, BLOCK, WIDTH // BLOCK, BLOCK, -1)
     return np.asarray(blocks.mean(axis=(1, 3)), dtype=np.float64)
 

@@ -75,11 +75,8 @@ def push(engine: str, batch: casa.Batch[Any], forces: np.ndarray) -> None:
         import jax.numpy as jp
 
         batch.engine.data = batch.engine.data.replace(qfrc_applied=jp.asarray(forces, dtype=jp.float32))
-    elif engine == "newton":
-        batch.engine.control.joint_f.assign(forces.astype(np.float32).ravel())
     else:
-        for data, row in zip(batch.engine.data, forces, strict=True):
-            data.qfrc_applied[:] = row
+        batch.engine.control.joint_f.assign(forces.astype(np.float32).ravel())
 
 
 def compared(kitchen: casa.BatchKitchen, data: mujoco.MjData, row: np.ndarray, pulled: str) -> dict[str, Any]:

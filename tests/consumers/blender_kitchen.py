@@ -19,10 +19,8 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-WIDTH, HEIGHT = 640, 480
-SAMPLES = 16
-# By how much Blender 5.0 brightens the distant lights of USD.
-SUN = 4.0
+WIDTH, HEIGHT, SAMPLES = 640, 480, 16
+SUN = 4.0  # by how much Blender 5.0 brightens the distant lights of USD
 # A layer above the scene, as a user would make it.
 OPENED = """#usda 1.0
 (
@@ -73,7 +71,6 @@ def main() -> None:
 
 
 def frame(camera: str, picture: Path) -> None:
-    """Sets what is drawn, how large and where to."""
     scene = bpy.context.scene
     scene.camera = bpy.data.objects[camera]
     scene.render.engine = "CYCLES"

@@ -99,7 +99,6 @@ class Driver:
 
 
 def main() -> None:
-    """Serve until standard input ends; the arguments are Chromium's program and axe-core's script."""
     program, axe = sys.argv[1:]
     with sync_playwright() as playwright:
         chromium = playwright.chromium.launch(executable_path=program, args=list(ARGUMENTS))

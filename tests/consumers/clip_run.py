@@ -50,7 +50,6 @@ def make(folder: Path) -> None:
 
 
 def main() -> None:
-    """Do what the first argument says."""
     torch.set_num_threads(1)
     declare_what_is_missing()
     verb, *rest = sys.argv[1:]

@@ -40,7 +40,6 @@ class ByFile(LoadScopeScheduling):
 
 
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> ByFile | None:
-    """Hand out the tests of `./dev consumers` by file."""
     return ByFile(config, log) if config.getvalue("dist") == "loadgroup" else None
 
 
@@ -87,14 +86,12 @@ def wheel(common: Path) -> Path:
 
 @pytest.fixture(params=["rclone", "seaweedfs"])
 def server(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Server]:
-    """A server that speaks S3, of each kind."""
     with Server(str(request.param), tmp_path / "server") as made:
         yield made
 
 
 @pytest.fixture(scope="session")
 def browser() -> Iterator[Browser]:
-    """A headless Chromium, see tests/support/program/browser.py."""
     started = Browser()
     yield started
     started.close()
@@ -102,5 +99,4 @@ def browser() -> Iterator[Browser]:
 
 @pytest.fixture(scope="session")
 def user(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Environment:
-    """An environment with the wheel of this checkout."""
     return install(tmp_path_factory.mktemp("user") / "environment", wheel)

@@ -58,7 +58,6 @@ class Kitchen(ManipulationEnv):
 
 
 def positions(model: mujoco.MjModel, data: mujoco.MjData, mine: bool) -> dict[str, float]:
-    """Values of the hinges and slides of the robot, or of the kitchen."""
     names = {model.joint(i).name: i for i in range(model.njnt) if model.jnt_type[i] >= int(mujoco.mjtJoint.mjJNT_SLIDE)}
     own = ("robot0_", "mobilebase0_", "gripper0_")
     picked = {name: i for name, i in names.items() if name.startswith(own) == mine}
@@ -66,7 +65,6 @@ def positions(model: mujoco.MjModel, data: mujoco.MjData, mine: bool) -> dict[st
 
 
 def base(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:
-    """Of the robot, world frame, metres."""
     return data.body("mobilebase0_base").xpos.copy()
 
 

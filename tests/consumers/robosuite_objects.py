@@ -95,7 +95,6 @@ class Loaded(MujocoXMLObject):
 
 
 def dropped(paths: list[Path], scale: float) -> list[dict[str, Any]]:
-    """What becomes of objects that are placed in rows a little above a floor."""
     loaded = [Loaded(f"obj{i}", path, scale) for i, path in enumerate(paths)]
     for i, one in enumerate(loaded):
         one.set_pos([APART_M * i, 0.0, LIFT_M - one.second_bottom[2]])

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 import re
-import subprocess
 import sys
 from pathlib import Path
 from typing import Any
@@ -16,7 +15,7 @@ import casa_assets as casa
 from casa_assets.addons.batch.batch_form import batch_of
 from casa_assets.formats.mjcf.batch import write
 from tests.support.kitchen.scenes import put
-from tests.support.library.libraries import ROOT
+from tests.support.library.libraries import ROOT, ran
 from tests.support.program.environments import CONSUMERS, python_of
 
 # Plan and style of each.
@@ -47,7 +46,6 @@ pytestmark = pytest.mark.consumers
 
 @pytest.fixture(scope="module")
 def folders(cache: Path, tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
-    """Folders with the batch forms of the kitchens."""
     out = tmp_path_factory.mktemp("scenes")
     found = []
     for plan, style in KITCHENS[:MANY]:
@@ -56,28 +54,23 @@ def folders(cache: Path, tmp_path_factory: pytest.TempPathFactory) -> list[Path]
     return found
 
 
-def ran(script: str, *words: str, **variables: str) -> str:
-    """What a script here prints, in this Python, with the packages of the engines in reach."""
-    command = [sys.executable, str(CONSUMERS / script), *words]
+def found_by(script: str, *words: object, **variables: str) -> Any:
+    """The JSON in the last line of what a script here prints, in this Python."""
     environment = {**os.environ, "PYTHONPATH": str(ROOT), **variables}
-    done = subprocess.run(command, check=False, capture_output=True, text=True, timeout=MAX_S, env=environment)
-    assert done.returncode == 0, done.stderr[-4000:]
+    done = ran(sys.executable, CONSUMERS / script, *words, timeout=MAX_S, env=environment)
     # As mujoco_warp tells that a buffer was too small; names of its kernels have the word in them, too.
     assert not re.search(r"overflow( -|:)", done.stdout + done.stderr)
-    return done.stdout.splitlines()[-1]
+    return json.loads(done.stdout.splitlines()[-1])
 
 
 def engines() -> str:
-    """Folder that they are installed in."""
     code = "import sysconfig; print(sysconfig.get_path('purelib'))"
-    return subprocess.run([python_of("engines"), "-c", code], check=True, capture_output=True, text=True).stdout.strip()
+    return ran(python_of("engines"), "-c", code).stdout.strip()
 
 
 @pytest.fixture(scope="module", params=sorted(OFF))
 def told(request: Any, folders: list[Path]) -> tuple[str, Any]:
-    """Name of an engine, and what came of it."""
-    line = ran("batch_worlds.py", request.param, str(STEPS), engines(), *map(str, folders))
-    return request.param, json.loads(line)
+    return request.param, found_by("batch_worlds.py", request.param, STEPS, engines(), *folders)
 
 
 def test_all_kitchens_are_stepped_and_share_what_they_have(told: tuple[str, Any], folders: list[Path]) -> None:
@@ -86,23 +79,21 @@ def test_all_kitchens_are_stepped_and_share_what_they_have(told: tuple[str, Any]
     assert told[1]["ngeom"] < 900
 
 
-def test_what_is_pulled_and_what_is_not_goes_as_far_as_in_mujoco(told: tuple[str, Any]) -> None:
+def test_what_is_pulled_what_is_not_and_what_is_reset_goes_as_far_as_in_mujoco(told: tuple[str, Any]) -> None:
     engine, found = told
     for name, kitchen in found["kitchens"].items():
         assert abs(kitchen["way"]) > LEAST_WAY, f"{name}: {kitchen['pulled']} was not pulled far enough to tell"
         assert kitchen["off"] < OFF[engine], f"{name}: {kitchen['pulled']} is off by {kitchen['off']}"
         assert kitchen["worst_off"] < OFF[engine], f"{name}: {kitchen['worst']} is off by {kitchen['worst_off']}"
-
-
-def test_a_reset_is_of_one_world_alone(told: tuple[str, Any]) -> None:
-    assert told[1]["reset"]["begun"] < 1e-5, "engines have single precision"
-    assert told[1]["reset"]["others"] == 0.0
+    # A reset is of one world alone.
+    assert found["reset"]["begun"] < 1e-5, "engines have single precision"
+    assert found["reset"]["others"] == 0.0
 
 
 def test_each_world_shows_its_own_pictures(folders: list[Path], tmp_path: Path) -> None:
     """Drawn at once by mujoco_warp, each kitchen looks as MuJoCo draws it alone, and not as another one."""
     drawn_by = os.environ.get("MUJOCO_GL", "egl")
-    found = json.loads(ran("batch_pictures.py", engines(), str(tmp_path), *map(str, folders), MUJOCO_GL=drawn_by))
+    found = found_by("batch_pictures.py", engines(), tmp_path, *folders, MUJOCO_GL=drawn_by)
     assert set(found) == {folder.name for folder in folders}
     for name, kitchen in found.items():
         assert kitchen["shown"] > 0.2, f"{name}: next to nothing is drawn"

@@ -11,42 +11,34 @@ import pytest
 
 from tests.support.asset.assets import ball, rigid_mug, textured_box
 from tests.support.library.built_libraries import keep
-from tests.support.library.libraries import BOXES, box_obj
+from tests.support.library.libraries import put_boxes, ran
 from tests.support.program.environments import with_packages_of
 
 pytestmark = pytest.mark.consumers
 
 
-def run(*arguments: object) -> subprocess.CompletedProcess[str]:
+def run(*arguments: object, code: int = 0) -> subprocess.CompletedProcess[str]:
     """clip_run.py with our packages, and those that [clip] adds in front of them."""
-    return subprocess.run(
-        [sys.executable, str(Path(__file__).with_name("clip_run.py")), *map(str, arguments)],
-        env=with_packages_of("clip", OMP_NUM_THREADS="1", HF_HUB_OFFLINE="1"),
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    variables = with_packages_of("clip", OMP_NUM_THREADS="1", HF_HUB_OFFLINE="1")
+    return ran(sys.executable, Path(__file__).with_name("clip_run.py"), *arguments, code=code, env=variables)
 
 
 @pytest.fixture(scope="module")
 def weights(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with `tiny`, a model; `bare`, one without weights; and a file of another architecture than it says."""
     folder = tmp_path_factory.mktemp("weights")
-    done = run("make", folder)
-    assert done.returncode == 0, done.stderr
+    run("make", folder)
     return folder
 
 
 @pytest.fixture(scope="module")
 def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Three assets."""
     return keep(tmp_path_factory.mktemp("kept") / "library", [rigid_mug(), ball(), textured_box()])
 
 
 def test_words_find_by_pictures_and_twice_the_same(library: Path, weights: Path) -> None:
     asked = ("casa", "find", "red mug", "--library", library, "--clip-weights", weights / "tiny", "--json")
     first, again = run(*asked), run(*asked, "--most", 2)
-    assert first.returncode == 0, first.stderr
     rows = [json.loads(line) for line in first.stdout.splitlines()]
     assert {row["category"] for row in rows} == {"mug", "orange", textured_box().labels.category}
     scores = [row["score"] for row in rows]
@@ -57,10 +49,8 @@ def test_words_find_by_pictures_and_twice_the_same(library: Path, weights: Path)
 
 
 def test_ingest_says_what_things_look_like(weights: Path, tmp_path: Path) -> None:
-    (tmp_path / "milk_carton.obj").write_text(box_obj(BOXES["milk_carton"]), encoding="ascii")
-    library = tmp_path / "library"
-    done = run("casa", "ingest", tmp_path / "milk_carton.obj", "--library", library, "--clip-weights", weights / "tiny")
-    assert done.returncode == 0, done.stdout + done.stderr
+    library, mesh = tmp_path / "library", put_boxes(tmp_path, "milk_carton") / "milk_carton.obj"
+    run("casa", "ingest", mesh, "--library", library, "--clip-weights", weights / "tiny")
     whole = json.loads((library / "library.json").read_text(encoding="utf-8"))
     assert whole["weights"] == "tiny"
     ((name, seen),) = whole["seen"].items()
@@ -74,21 +64,11 @@ def test_ingest_says_what_things_look_like(weights: Path, tmp_path: Path) -> Non
     assert "nobody looked" not in json.dumps(whole)
 
 
-@pytest.mark.parametrize(
-    ("name", "message"),
-    [
-        ("bare", "cannot be loaded"),
-        ("ViT-B-32-of-another-size.pt", "cannot be loaded"),
-        ("", "holds no weights of CLIP"),
-    ],
-)
-def test_weights_that_are_none_end_the_search(library: Path, weights: Path, name: str, message: str) -> None:
-    done = run("casa", "find", "mug", "--library", library, "--clip-weights", weights / name)
-    assert done.returncode == 2, done.stdout + done.stderr
-    assert message in done.stderr
-
-
-def test_names_that_open_clip_lacks_are_answered_with_those_it_has(library: Path, weights: Path) -> None:
-    done = run("casa", "find", "mug", "--library", library, "--clip-weights", "ViT-B-32/nobody")
-    assert done.returncode == 2
-    assert "open_clip has of ViT-B-32: " in done.stderr
+def test_weights_that_are_none_end_the_search(library: Path, weights: Path) -> None:
+    for named, message in [
+        (weights / "bare", "cannot be loaded"),
+        (weights / "ViT-B-32-of-another-size.pt", "cannot be loaded"),
+        (weights, "holds no weights of CLIP"),
+        ("ViT-B-32/nobody", "open_clip has of ViT-B-32: "),
+    ]:
+        assert message in run("casa", "find", "mug", "--library", library, "--clip-weights", named, code=2).stderr

@@ -5,8 +5,6 @@ from __future__ import annotations
 import json
 import re
 import shutil
-import subprocess
-import sys
 import zipfile
 from pathlib import Path
 
@@ -16,7 +14,7 @@ import yaml
 from lxml import etree
 from pxr import Usd, UsdGeom
 
-from tests.support.program.documents import ROOT, SAVED, Block, blocks, pages, program, shell
+from tests.support.program.documents import ROOT, SAVED, Block, blocks, pages, shell
 
 SCENE = "corridor__coastal"
 DOOR = "microwave__microjoint"
@@ -66,7 +64,9 @@ def test_page(page: str, tmp_path: Path, samples: Path) -> None:
             with (place / name[1]).open("a", encoding="utf-8") as file:
                 file.write(block.code)
         elif block.language == "python":
-            _python(block, place)
+            (place / "script.py").write_text(block.code, encoding="utf-8")
+            done = shell("python script.py", place)
+            assert done.returncode == 0, f"{block}\n{done.stderr[-3000:]}"
         elif block.language == "sh":
             _lines(block, place)
     assert {p.name for p in place.iterdir()} - before <= {"out", "script.py"}
@@ -83,15 +83,6 @@ def _lines(block: Block, place: Path) -> None:
         match = re.search(r"# exit (\d)", line)
         expected = int(match[1]) if match else 0
         assert done.returncode == expected, f"{block}: {line}\n{done.stdout[-3000:]}\n{done.stderr[-3000:]}"
-
-
-def _python(block: Block, place: Path) -> None:
-    script = place / "script.py"
-    script.write_text(block.code, encoding="utf-8")
-    done = subprocess.run(
-        [sys.executable, str(script)], cwd=place, env=program(), capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, f"{block}\n{done.stderr[-3000:]}"
 
 
 def _stands_upright(place: Path) -> None:

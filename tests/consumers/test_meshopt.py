@@ -32,7 +32,6 @@ def codec() -> Iterator[Any]:
 
 
 def mug_columns(codec: Any) -> list[tuple[bytes, int, str, int]]:
-    """The mug, compressed."""
     points, faces = mug()
     return [
         (codec.encode_vertex_buffer(points, len(points), 12), 12, "ATTRIBUTES", len(points)),
@@ -51,9 +50,8 @@ def test_comes_out_as_it_went_in(codec: Any, name: str) -> None:
     mesh = load_bytes("x.glb", squeezed(mug_columns(codec), name).glb()).parts[0].mesh
     assert np.array_equal(mesh.vertices.astype(np.float32), points)
     # The codec may begin a triangle at another of its corners.
-    assert {tuple(np.roll(f, -int(np.argmin(f)))) for f in mesh.faces.tolist()} == {
-        tuple(np.roll(f, -int(np.argmin(f)))) for f in faces.tolist()
-    }
+    found, wanted = ({tuple(np.roll(f, -int(np.argmin(f)))) for f in rows.tolist()} for rows in (mesh.faces, faces))
+    assert found == wanted
 
 
 @pytest.mark.parametrize("wide", [2, 4])
@@ -64,38 +62,29 @@ def test_sequences_of_indices(codec: Any, wide: int) -> None:
     assert np.frombuffer(out, f"<u{wide}").tolist() == indices.tolist()
 
 
-def test_exponents_become_floats(codec: Any) -> None:
+def filtered(codec: Any, values: npt.NDArray[Any], name: str) -> bytes:
+    data = codec.encode_vertex_buffer(values.view(np.float32), 3, 4)
+    return decompressed(JsonObject(packed_view(data, 4, "ATTRIBUTES", 3, filter=name), "x"), data, 10**6)
+
+
+def test_exponents_become_floats_and_octahedral_normals_have_length_one(codec: Any) -> None:
     # Ref: EXT_meshopt_compression, filter EXPONENTIAL: 8 bits of exponent over 24 bits of mantissa.
-    values = np.array([[0x00000003], [0x01FFFFFF], [0xFF000005]], dtype=np.uint32)
-    data = codec.encode_vertex_buffer(values.view(np.float32), 3, 4)
-    out = decompressed(JsonObject(packed_view(data, 4, "ATTRIBUTES", 3, filter="EXPONENTIAL"), "x"), data, 10**6)
-    assert np.frombuffer(out, "<f4").tolist() == [3.0, -2.0, 2.5]
-
-
-def test_octahedral_normals_have_length_one(codec: Any) -> None:
-    values = np.array([[0, 0, 127, 0], [127, 0, 127, 0], [0, -127, 127, 0]], dtype=np.int8)
-    data = codec.encode_vertex_buffer(values.view(np.float32), 3, 4)
-    out = decompressed(JsonObject(packed_view(data, 4, "ATTRIBUTES", 3, filter="OCTAHEDRAL"), "x"), data, 10**6)
-    got = np.frombuffer(out, "i1").reshape(3, 4)[:, :3]
+    exponents = np.array([[0x00000003], [0x01FFFFFF], [0xFF000005]], dtype=np.uint32)
+    assert np.frombuffer(filtered(codec, exponents, "EXPONENTIAL"), "<f4").tolist() == [3.0, -2.0, 2.5]
+    normals = np.array([[0, 0, 127, 0], [127, 0, 127, 0], [0, -127, 127, 0]], dtype=np.int8)
+    got = np.frombuffer(filtered(codec, normals, "OCTAHEDRAL"), "i1").reshape(3, 4)[:, :3]
     assert got.tolist() == [[0, 0, 127], [127, 0, 0], [0, -127, 0]]
 
 
-@pytest.fixture
-def zeros(codec: Any) -> bytes:
-    """100 vertices of 12 bytes."""
-    return bytes(codec.encode_vertex_buffer(np.zeros((100, 3), dtype=np.float32), 100, 12))
-
-
-@pytest.mark.parametrize("changes", [{"count": 200}, {"mode": "TRIANGLES", "byteStride": 4, "count": 99}])
-def test_a_stream_of_something_else(changes: dict[str, object], zeros: bytes) -> None:
-    with pytest.raises(Rejected) as caught:
-        decompressed(JsonObject(packed_view(zeros, 12, "ATTRIBUTES", 100) | changes, "x"), zeros, 10**8)
-    assert caught.value.code == rejection_codes.TRUNCATED
-
-
-def test_broken_streams(zeros: bytes) -> None:
+def test_streams_of_something_else_and_broken_ones(codec: Any) -> None:
+    zeros = bytes(codec.encode_vertex_buffer(np.zeros((100, 3), dtype=np.float32), 100, 12))
+    view = packed_view(zeros, 12, "ATTRIBUTES", 100)
+    for changes in ({"count": 200}, {"mode": "TRIANGLES", "byteStride": 4, "count": 99}):
+        with pytest.raises(Rejected) as caught:
+            decompressed(JsonObject(view | changes, "x"), zeros, 10**8)
+        assert caught.value.code == rejection_codes.TRUNCATED
     draw = np.random.default_rng(0)
-    told = JsonObject(packed_view(zeros, 12, "ATTRIBUTES", 100), "x")
+    told = JsonObject(view, "x")
     for cut in (0, 1, len(zeros) // 2, len(zeros) - 1):
         with pytest.raises(Rejected):
             decompressed(told, zeros[:cut], 10**8)

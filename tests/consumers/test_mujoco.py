@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import subprocess
 import sys
 from pathlib import Path
 
@@ -17,6 +16,7 @@ from tests.support.asset.articulated_assets import grill
 from tests.support.asset.assets import textured_box, write_to
 from tests.support.asset.packages import written
 from tests.support.kitchen.rooms import at, in_all_forms, room
+from tests.support.library.libraries import ran
 
 pytestmark = pytest.mark.consumers
 
@@ -73,9 +73,6 @@ print(json.dumps({name: picture[spot].tolist() for name, spot in spots.items()})
 def test_a_picture_is_drawn_upright_and_hides_what_collides(tmp_path: Path) -> None:
     folder = write_to(write(textured_box()), tmp_path)
     environment = {**os.environ, "MUJOCO_GL": os.environ.get("MUJOCO_GL", "egl")}
-    done = subprocess.run(
-        [sys.executable, "-c", SCRIPT], cwd=folder, env=environment, check=False, capture_output=True, text=True
-    )
-    assert done.returncode == 0, done.stderr
-    strongest = {name: max(range(3), key=pixel.__getitem__) for name, pixel in json.loads(done.stdout).items()}
+    told = json.loads(ran(sys.executable, "-c", SCRIPT, cwd=folder, env=environment).stdout)
+    strongest = {name: max(range(3), key=pixel.__getitem__) for name, pixel in told.items()}
     assert strongest == {"top_left": 0, "top_right": 0, "bottom_left": 1, "bottom_right": 2}

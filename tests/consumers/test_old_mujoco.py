@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import json
-import subprocess
 import sys
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +21,7 @@ from casa_assets.model.asset.parts import Hull
 from casa_assets.registry.families import family
 from tests.support.asset.assets import EVERY, microwave, write_to
 from tests.support.asset.family_members import preset
+from tests.support.library.libraries import ran
 from tests.support.program.environments import python_of
 
 SCRIPT = Path(__file__).with_name("old_mujoco_load.py")
@@ -31,36 +32,24 @@ REST_ON_WORKTOP_M = 3e-4  # in 2 s
 pytestmark = pytest.mark.consumers
 
 
-def interpreter(version: str) -> Path:
-    """That of the environment of a version of MuJoCo; the one that runs this for its own."""
-    if version == mujoco.__version__:
-        return Path(sys.executable)
-    return python_of(f"mujoco{version.replace('.', '')}")
-
-
 def told(version: str, files: Sequence[Path], settle: int = 0, watch: int = 0) -> list[dict[str, Any]]:
     """What old_mujoco_load.py says of each file there; it says nothing else."""
-    command = [interpreter(version), SCRIPT, settle, watch, *files]
-    done = subprocess.run(list(map(str, command)), check=False, capture_output=True, text=True, timeout=300)
-    assert (done.returncode, done.stderr) == (0, "")
+    is_own = version == mujoco.__version__
+    python = Path(sys.executable) if is_own else python_of(f"mujoco{version.replace('.', '')}")
+    done = ran(python, SCRIPT, settle, watch, *files, timeout=300)
+    assert done.stderr == ""
     found: list[dict[str, Any]] = [json.loads(line) for line in done.stdout.splitlines()]
     assert [item["mujoco"] for item in found] == [version] * len(files)
     return found
 
 
-def free_microwave() -> Asset:
-    """Not fixed to anything."""
-    return microwave(Base.FREE)
-
-
 @pytest.mark.parametrize("version", VERSIONS)
-@pytest.mark.parametrize("build", [*EVERY, free_microwave])
+@pytest.mark.parametrize("build", [*EVERY, pytest.param(partial(microwave, Base.FREE), id="free_microwave")])
 def test_loads_in_silence_and_rests(build: Callable[[], Asset], version: str, tmp_path: Path) -> None:
     asset = build()
     folder = write_to(write(asset), tmp_path)
     for item in told(version, [folder / "model.xml", folder / "scene.xml"], settle=1000, watch=1000):
-        assert item.get("error") is None
-        assert (item["warnings"], item["troubles"]) == ([], 0)
+        assert (item.get("error"), item["warnings"], item["troubles"]) == (None, [], 0)
         assert item["masses"] == pytest.approx({link.name: link.inertial.mass for link in asset.links})
         assert item["moved"]["object"] < 1e-4
         assert max(item["outside"].values(), default=0.0) <= 1e-5
@@ -72,8 +61,7 @@ def test_what_ingest_made_stands_still(version: str, samples: Path) -> None:
     files = sorted(samples.glob("out/library/*/*/scene.xml"))
     assert len(files) == 11
     for item in told(version, files, settle=1500, watch=1000):
-        assert item.get("error") is None
-        assert (item["warnings"], item["troubles"]) == ([], 0)
+        assert (item.get("error"), item["warnings"], item["troubles"]) == (None, [], 0)
         assert item["moved"]["object"] < 1000 * 0.002 * REST_M_S, item["file"]
 
 
@@ -93,7 +81,6 @@ def on_a_worktop(folder: Path) -> Path:
 
 
 def stands_on_a_hull(asset: Asset) -> bool:
-    """Whether one of its lowest collision shapes is a hull."""
     lowest = {c: shape_bounds(c.shape, c.pose)[0, 2] for c in asset.root.colliders}
     foot = min(lowest.values())
     return any(isinstance(c.shape, Hull) for c, low in lowest.items() if low < foot + 0.005)
@@ -101,13 +88,11 @@ def stands_on_a_hull(asset: Asset) -> bool:
 
 @pytest.fixture(scope="module")
 def worktops(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
-    """Scenes of all presets that stand on a hull."""
     root = tmp_path_factory.mktemp("worktops")
     names = [m.name for group in GROUPS.values() for m in group if m.base is Base.FREE]
     loose = {f"{name}__{p}": preset(name, p) for name in names for p in family(name).presets}
-    files = [
-        on_a_worktop(write_to(write(asset), root / name)) for name, asset in loose.items() if stands_on_a_hull(asset)
-    ]
+    standing = {name: asset for name, asset in loose.items() if stands_on_a_hull(asset)}
+    files = [on_a_worktop(write_to(write(asset), root / name)) for name, asset in standing.items()]
     assert len(files) > 30
     return files
 

@@ -42,7 +42,6 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def rooms(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A page about 601 kitchens."""
     out = tmp_path_factory.mktemp("scenes")
     for i in range(600):
         scene(out, ("galley", "l_small", "u_large")[i % 3], f"style_{i:03}")
@@ -155,11 +154,10 @@ def test_a_report_is_searched_filtered_and_sorted(browser: Browser, library: Pat
 
 def test_a_report_goes_by_keys(browser: Browser, library: Path) -> None:
     page = opened(browser, library)
-    page.press("j")
-    page.press("j")
-    second = page.texts(ROWS)[1]
-    page.press("Enter")
+    for key in ("j", "j", "Enter"):
+        page.press(key)
     page.wait("#detail")
+    second = page.texts(ROWS)[1]
     assert page.texts("#detail-title") == [second]
     page.press("k")
     assert page.texts("#detail-title") == page.texts(ROWS)[:1]

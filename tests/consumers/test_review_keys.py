@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import re
-import shutil
-import subprocess
 from pathlib import Path
 from typing import Any
 
@@ -16,13 +14,12 @@ from casa_assets.articulate.run.build import ArticulateRequest, build
 from casa_assets.articulate.run.steps import ArticulateOutcome
 from casa_assets.checks.motion.joints import JointTravel
 from casa_assets.library.review import read_review
+from tests.support.library.libraries import ran
 from tests.unit.articulate.blocks import microwave
 from tests.unit.articulate.test_assemble import obj
 
 pytestmark = pytest.mark.consumers
 SHA256 = "1" * 64
-
-
 # Parts of the mesh, in their order on the page.
 FIRST, SECOND = "door_0", "button_0"
 
@@ -44,11 +41,7 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def press(page: Path, *keys: str) -> Decisions:
-    """What the page writes after some keys."""
-    node = shutil.which("node")
-    assert node is not None, "Node.js is needed"
-    words = [node, str(Path(__file__).with_name("press_keys.js")), str(page), *keys, "w"]
-    done = subprocess.run(words, capture_output=True, text=True, check=True)
+    done = ran("node", Path(__file__).with_name("press_keys.js"), page, *keys, "w")
     file = page.with_name("review.json")
     file.write_text(done.stdout, encoding="utf-8")
     return read_review(file).get(SHA256, Decisions())

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
 import sys
 from contextlib import nullcontext
 from dataclasses import replace
@@ -24,6 +23,7 @@ from tests.support.asset.assets import microwave, rigid_mug, textured_box
 from tests.support.asset.cupboard import cupboard
 from tests.support.asset.packages import Tampering, tamper, written
 from tests.support.kitchen.rooms import at, block, in_all_forms, room
+from tests.support.library.libraries import ran
 
 pytestmark = pytest.mark.consumers
 
@@ -47,10 +47,6 @@ def unnamed(package: Package) -> None:
     tamper(package.usd, ('string author = "Casa"', 'string author = ""'))
 
 
-def upside_down(package: Package) -> None:
-    tamper(package.usd, ('upAxis = "Z"', 'upAxis = "Y"'))
-
-
 def bound_otherwise(package: Package) -> None:
     """A mesh that is bound by collection, another with a strong binding, a third that is bound to nothing."""
     stage = Usd.Stage.Open(str(package.usd))
@@ -72,7 +68,7 @@ def bound_otherwise(package: Package) -> None:
 FAULTS = {
     "sound": lambda package: None,
     "unnamed": unnamed,
-    "upside-down": upside_down,
+    "upside-down": lambda package: tamper(package.usd, ('upAxis = "Z"', 'upAxis = "Y"')),
     "bound-otherwise": bound_otherwise,
 }
 
@@ -116,7 +112,6 @@ def stage_of(
 
 
 def verdicts(stage: Usd.Stage) -> tuple[int, int]:
-    """How much their rule finds, and ours."""
     from tests.support.asset.simready_rules import registered, simready
 
     swift = registered(simready.COINCIDENT)
@@ -149,33 +144,27 @@ def test_both_find_the_same(stage: Usd.Stage, found: int) -> None:
     assert verdicts(stage) == (found, found)
 
 
-LONG = "a" * 120
-
-
 @pytest.mark.parametrize("corrupt", [None, unnamed], ids=["good", "bad"])
 def test_verdict_is_that_of_the_command_line(corrupt: Tampering | None, tmp_path: Path) -> None:
     package = written(microwave(), tmp_path)
     if corrupt:
         corrupt(package)
-    command = [str(Path(sys.executable).with_name("simready-validate")), "--profile", simready.PROFILE]
-    command += ["--version", simready.PROFILE_VERSION, str(package.usd)]
-    done = subprocess.run(command, capture_output=True, check=False, cwd=tmp_path)
-    assert done.returncode in (0, 1)
-    passes = usd.usd_meets_simready_profile(package).problems == ()
-    assert passes == (done.returncode == 0) == (corrupt is None)
+    validator, profile = Path(sys.executable).with_name("simready-validate"), ("--profile", simready.PROFILE)
+    ran(validator, *profile, "--version", simready.PROFILE_VERSION, package.usd, code=int(bool(corrupt)), cwd=tmp_path)
+    assert (usd.usd_meets_simready_profile(package).problems == ()) == (corrupt is None)
 
 
 def test_a_file_of_the_user_that_hides_one_of_its_modules_is_named(tmp_path: Path) -> None:
     (tmp_path / "usd.py").write_text("raise OSError\n")
     script = tmp_path / "look.py"
     script.write_text("from casa_assets.checks.simready import load_rules\nload_rules()\n")
-    done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, check=False)
+    done = ran(sys.executable, script, code=None)
     assert "CasaError" in done.stderr
     assert f"usd.py, may be in {tmp_path}: rename it" in done.stderr
 
 
 @pytest.mark.parametrize(
-    "above", ["Küche 空 1", "-x", "CON", f"{LONG}/{LONG}"], ids=["words", "dash", "reserved", "long"]
+    "above", ["Küche 空 1", "-x", "CON", f"{'a' * 120}/{'a' * 120}"], ids=["words", "dash", "reserved", "long"]
 )
 def test_where_a_library_lies_does_not_matter(above: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     package = written(microwave(), tmp_path / above)

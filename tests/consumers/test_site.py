@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-import subprocess
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from lxml import html
 
+from tests.support.library.libraries import ran
 from tests.support.program.browser import Browser
 from tests.support.program.documents import ROOT, pages
 
@@ -30,9 +30,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The site, built where warnings are errors: dead links and anchors, pages that no menu names."""
     folder = tmp_path_factory.mktemp("site")
     assert MKDOCS.is_file(), "./dev docs makes .venv-docs"
-    words = [str(MKDOCS), "build", "--strict", "--config-file", str(ROOT / "mkdocs.yml"), "--site-dir", str(folder)]
-    done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stdout + done.stderr
+    ran(MKDOCS, "build", "--strict", "--config-file", ROOT / "mkdocs.yml", "--site-dir", folder, cwd=ROOT)
     return folder
 
 

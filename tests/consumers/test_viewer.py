@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 import json
 import shutil
-import subprocess
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -29,6 +28,7 @@ from casa_assets.show.view.subject import AssetFolder, find
 from tests.support.asset.articulated_assets import grill
 from tests.support.asset.assets import EVERY, microwave
 from tests.support.kitchen.scenes import corner
+from tests.support.library.libraries import ran
 from tests.support.library.server_requests import serving
 from tests.support.program.browser import HOME, Browser, Page
 
@@ -59,7 +59,6 @@ def page_of(folder: Path, name: str, glb: bytes) -> Path:
 
 
 def opened(browser: Browser, page: Path, **how: Any) -> Page:
-    """The page with its model shown."""
     shown = browser.open(page, **how)
     assert shown.evaluate(OPEN)
     shown.wait(READY)
@@ -94,8 +93,7 @@ def test_a_door_opens_by_slider_by_button_and_by_click(browser: Browser, oven_pa
     page = browser.open(oven_page)
     loaded = "performance.getEntriesByType('resource').length + document.querySelectorAll('script[src]').length"
     assert page.evaluate(loaded) == 0, "nothing is loaded before somebody asks"
-    assert page.evaluate(OPEN)
-    page.wait(READY)
+    page = opened(browser, oven_page)
     (name,) = [joint["name"] for joint in joints(page).values() if joint["type"] == "hinge"]
     door = joints(page)[name]
     assert door["position"] == pytest.approx(door["closed"])
@@ -212,9 +210,7 @@ def test_the_khronos_validator_finds_no_error(build: Callable[[], Asset | Scene]
         "validateBytes(new Uint8Array(fs.readFileSync(process.argv[1]))).then(r => console.log(JSON.stringify("
         "r.issues.messages.filter(m => m.severity === 0).map(m => `${m.pointer}: ${m.message}`))))"
     )
-    command = ["node", "-e", script, str(tmp_path / "model.glb")]
-    done = subprocess.run(command, cwd=HOME / "node", capture_output=True, text=True, check=True)
-    assert json.loads(done.stdout) == []
+    assert json.loads(ran("node", "-e", script, tmp_path / "model.glb", cwd=HOME / "node").stdout) == []
 
 
 def test_the_bundle_is_what_its_sources_build(tmp_path: Path) -> None:
@@ -223,30 +219,22 @@ def test_the_bundle_is_what_its_sources_build(tmp_path: Path) -> None:
     shutil.copytree(bundle, work)
     (work / "node_modules").symlink_to(HOME / "node" / "node_modules")
     out.mkdir()
-    subprocess.run(["node", "build.mjs", str(out)], cwd=work, check=True, timeout=120)
+    ran("node", "build.mjs", out, cwd=work, timeout=120)
     for name in ("viewer.js", "LICENSES.txt"):
         assert (out / name).read_bytes() == (bundle / name).read_bytes()
 
 
-KITCHEN = "one_wall_small__coastal"
 PATIENCE_S = 240.0
 
 
 @pytest.fixture(scope="module")
-def served_microwave(cache: Path) -> Iterator[ViewServer]:
-    with serving(find("microwave/steel", Path("none"), ()), lambda s, tell: make(s, cache, tell)) as server:
-        yield server
-
-
-@pytest.fixture(scope="module")
 def kitchen(cache: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[ViewServer]:
-    subject = find(KITCHEN, tmp_path_factory.mktemp("scenes"), ())
+    subject = find("one_wall_small__coastal", tmp_path_factory.mktemp("scenes"), ())
     with serving(subject, lambda s, tell: make(s, cache, tell), "on") as server:
         yield server
 
 
 def shown(browser: Browser, server: ViewServer, **how: bool | int) -> Page:
-    """The page once its model is seen."""
     page = browser.open(server.address, **how)  # type: ignore[arg-type]
     page.wait("body[data-shown], .progress.bad", PATIENCE_S)
     assert page.texts("#progress") == []
@@ -254,24 +242,25 @@ def shown(browser: Browser, server: ViewServer, **how: bool | int) -> Page:
 
 
 def wait_until(is_so: Callable[[], bool]) -> None:
-    """Wait for what the page asks the server for. Raises AssertionError where it does not come."""
+    """Wait for what the page asks the server for."""
     end = time.monotonic() + 20.0
     while not is_so():
         assert time.monotonic() < end, "it does not come"
         time.sleep(0.2)
 
 
-def test_keys_start_and_stop_a_microwave(browser: Browser, served_microwave: ViewServer) -> None:
-    page = shown(browser, served_microwave)
-    assert page.texts(".state") == ["lamp: off", "power: off"]
-    page.click("text=press start button")
-    wait_until(lambda: "power: on" in page.texts(".state"))
-    assert "spin" in " ".join(page.texts(".state.acts"))
-    page.click("text=press stop button")
-    wait_until(lambda: "power: off" in page.texts(".state"))
-    page.press("End", '[data-joint="microjoint"] input')
-    wait_until(lambda: "lamp: on" in page.texts(".state"))
-    page.assert_clean()
+def test_keys_start_and_stop_a_microwave(browser: Browser, cache: Path) -> None:
+    with serving(find("microwave/steel", Path("none"), ()), lambda s, tell: make(s, cache, tell)) as server:
+        page = shown(browser, server)
+        assert page.texts(".state") == ["lamp: off", "power: off"]
+        page.click("text=press start button")
+        wait_until(lambda: "power: on" in page.texts(".state"))
+        assert "spin" in " ".join(page.texts(".state.acts"))
+        page.click("text=press stop button")
+        wait_until(lambda: "power: off" in page.texts(".state"))
+        page.press("End", '[data-joint="microjoint"] input')
+        wait_until(lambda: "lamp: on" in page.texts(".state"))
+        page.assert_clean()
 
 
 def test_a_pose_lights_burners_and_a_knob_puts_one_out(browser: Browser, kitchen: ViewServer) -> None:
@@ -302,17 +291,13 @@ def test_another_style_takes_its_place_with_the_doors_as_they_stood(browser: Bro
     door = page.evaluate("[...document.querySelectorAll('.cv-joint')].find(e => e.checkVisibility()).dataset.joint")
     page.press("End", f'[data-joint="{door}"] input')
     page.click("#swap summary")
-    page.evaluate(
-        "(s => { s.value = 'industrial'; s.dispatchEvent(new Event('change')); })(document.getElementById('style'))"
-    )
+    changed = "s.value = 'industrial'; s.dispatchEvent(new Event('change'));"
+    page.evaluate(f"(s => {{ {changed} }})(document.getElementById('style'))")
     page.wait('body[data-shown="one_wall_small__industrial"], .progress.bad', PATIENCE_S)
     assert page.texts("#progress") == []
     assert page.texts("#title") == ["one_wall_small__industrial"]
     assert "casa-assets scenes build one_wall_small__industrial" in page.texts("#note")[0]
-    (angle,) = page.evaluate(
-        f"[...document.querySelectorAll('[data-joint=\"{door}\"] output')].map(e => e.textContent)"
-    )
-    assert angle != "0°"
+    assert page.evaluate(f"document.querySelector('[data-joint=\"{door}\"] output').textContent") != "0°"
     page.assert_clean()
 
 

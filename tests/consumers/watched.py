@@ -53,13 +53,7 @@ def _package(*names: str) -> tuple[str, ...]:
 
 
 _PAGES_IN_A_BROWSER = Watched(
-    ("browser",),
-    _package(
-        "show/reports",
-        "show/view",
-        "show/page",
-        "articulate/run/review_page.py",
-    ),
+    ("browser",), _package("show/reports", "show/view", "show/page", "articulate/run/review_page.py")
 )
 _MJCF = _package("formats/mjcf", "formats/values.py", "model/asset", "model/kitchen")
 _BATCHES = Watched(
@@ -69,23 +63,21 @@ _CLUSTER = Watched(("ray",), _package("runs", "ingest/run"))
 _STORES = Watched(("stores",), _package("library", "runs/remote.py", "ingest/sources"))
 
 _OWN = Watched((), _package("cli/verbs/project.py", "cli/starter", "projects.py", "registry"))
-_ROBOCASA = Watched(
-    ("robocasa",),
-    _package("checks/design", "model/registry/contract.py", "addons/robocasa"),
-)
+_ROBOCASA = Watched(("robocasa",), _package("checks/design", "model/registry/contract.py", "addons/robocasa"))
 
 # By path relative to this folder.
 WATCHED = {
     "cluster/test_faults.py": _CLUSTER,
-    "cluster/test_losses.py": _CLUSTER,
     "own/test_plugins.py": _OWN,
     "own/test_projects.py": _OWN,
     "own/test_rows.py": _OWN,
     "robocasa/test_fixtures.py": _ROBOCASA,
     "robocasa/test_start_states.py": _ROBOCASA,
     "test_batches.py": _BATCHES,
-    "test_blend_files.py": Watched(
-        ("blender",), _package("core/system.py", "formats/read/blend.py", "formats/read/blend_convert.py")
+    "test_blender.py": Watched(
+        ("blender",),
+        _package("core/system.py", "formats/read/blend.py", "formats/read/blend_convert.py", "show/stills/blender")
+        + _package("show/stills/photoreal.py"),
     ),
     "test_clip.py": Watched(("clip",), _package("library/clip.py", "library/library_report.py", "articulate/kinds.py")),
     "test_kitchens.py": Watched(
@@ -95,17 +87,12 @@ WATCHED = {
     "test_notebook.py": Watched((), ("docs/quickstart.ipynb", "casa_assets/api", "casa_assets/__init__.py")),
     "test_old_mujoco.py": Watched(("mujoco331", "mujoco337"), _MJCF),
     "test_pages_of_many.py": _PAGES_IN_A_BROWSER,
-    "test_photoreal.py": Watched(
-        ("blender",), _package("core/system.py", "show/stills/photoreal.py", "show/stills/blender")
-    ),
     "test_review_keys.py": _PAGES_IN_A_BROWSER,
     "test_robocasa_tasks.py": _ROBOCASA,
     "test_robots.py": Watched(
-        ("robots",),
-        _package("checks/robots.py", "core/hand_dynamics.py", "addons/robots", "cli/verbs/scenes.py"),
+        ("robots",), _package("checks/robots.py", "core/hand_dynamics.py", "addons/robots", "cli/verbs/scenes.py")
     ),
     "test_site.py": Watched(("browser", "docs"), ("docs", "mkdocs.yml")),
-    "test_store_sources.py": _STORES,
     "test_stores.py": _STORES,
     "test_urdf.py": Watched(
         ("urdf",), (*_package("formats/urdf.py", "checks/readers/urdf_facts.py"), "docs/howto/use/urdf.md")

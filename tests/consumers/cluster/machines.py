@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from casa_assets.runs.limits import trees
-from tests.support.library.libraries import ROOT, command
+from tests.support.library.libraries import ROOT, command, ran
 from tests.support.program.environments import packages_of
 
 MESHES = ROOT / "examples" / "meshes"
@@ -30,19 +30,16 @@ def surroundings(*folders: Path) -> dict[str, str]:
 
 
 def start(*arguments: object) -> subprocess.Popen[str]:
-    """The command line, running."""
     return subprocess.Popen(
         command(*arguments), env=surroundings(), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
     )
 
 
 def start_on(address: str, inputs: Path, library: Path) -> subprocess.Popen[str]:
-    """A run of `ingest` on a cluster."""
     return start("ingest", inputs, "--library", library, "--engine", "ray", "--address", address)
 
 
 def end(run: subprocess.Popen[str], code: int = 1, most_s: float | None = 600) -> str:
-    """What a run prints to its end, which has to come with this code."""
     text, _ = run.communicate(timeout=most_s)
     assert run.returncode == code, text
     return text
@@ -56,14 +53,9 @@ def few_meshes(folder: Path) -> Path:
     return folder
 
 
-def full_disk() -> dict[str, str]:
-    """Environment of a machine whose disk for temporary files says that it is full."""
-    return {"PYTHONPATH": surroundings(Path(__file__).parent / "full_disk")["PYTHONPATH"]}
-
-
-def other_version() -> dict[str, str]:
-    """Environment of a machine that has another version of a package."""
-    return {"PYTHONPATH": surroundings(Path(__file__).parent / "other_version")["PYTHONPATH"]}
+def begun_with(folder: str) -> dict[str, str]:
+    """Environment of a machine on which Python starts as a sitecustomize.py here says: `full_disk`, `other_version`."""
+    return {"PYTHONPATH": surroundings(Path(__file__).parent / folder)["PYTHONPATH"]}
 
 
 def wrong_clock(days: int = -400) -> dict[str, str]:
@@ -101,7 +93,6 @@ class Machines:
         assert self.address, "no cluster started"
 
     def order(self, word: str) -> None:
-        """Do what a line of nodes.py says."""
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         self._process.stdin.write(f"{word}\n")
@@ -130,9 +121,7 @@ class Machines:
 def ask(address: str, *jobs: tuple[str, str], more: Sequence[str] = ()) -> Any:
     """What a cluster answers to jobs of tests/support/program/pool_jobs.py, see ask.py; more: words for it."""
     words = [sys.executable, Path(__file__).parent / "ask.py", address, json.dumps(jobs), *more]
-    done = subprocess.run(words, env=surroundings(), capture_output=True, text=True, check=False, timeout=300)
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)
+    return json.loads(ran(*words, env=surroundings(), timeout=300).stdout)
 
 
 @contextmanager

@@ -1,7 +1,8 @@
-"""What a cluster answers if a job, a machine, a disk, an address or its head is at fault."""
+"""Clusters whose jobs, machines, disks, clocks, addresses or heads fail, all on this machine."""
 
 from __future__ import annotations
 
+import signal
 import tempfile
 import time
 from pathlib import Path
@@ -9,12 +10,13 @@ from pathlib import Path
 import pytest
 
 from tests.consumers.cluster.machines import (
+    JOB,
+    RAY_WORKER,
     ask,
+    begun_with,
     end,
     few_meshes,
-    full_disk,
     machines,
-    other_version,
     start,
     start_on,
     wrong_clock,
@@ -24,6 +26,58 @@ from tests.support.program.environments import wait_until
 
 pytestmark = pytest.mark.consumers
 MOUNT = 'mount -t tmpfs -o size=1m none "$0" && exec "$@"'
+
+
+@pytest.fixture(scope="module")
+def inputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return few_meshes(tmp_path_factory.mktemp("inputs") / "meshes")
+
+
+@pytest.fixture(scope="module")
+def expected(inputs: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    library = tmp_path_factory.mktemp("local") / "library"
+    end(start("ingest", inputs, "--library", library))
+    return library
+
+
+def test_what_is_killed_in_the_middle_changes_nothing(inputs: Path, expected: Path, tmp_path: Path) -> None:
+    library = tmp_path / "library"
+
+    def finished() -> int:
+        return len(list(library.glob("*/*/asset.json")))
+
+    with machines({}, {}) as cluster:
+        run = start_on(cluster.address, inputs, library)
+        wait_until(lambda: finished() > 0, run)
+        assert cluster.kill(JOB)
+        wait_until(lambda: finished() > 1, run)
+        assert cluster.kill(RAY_WORKER)
+        wait_until(lambda: finished() > 2, run)
+        cluster.order("kill")
+        end(run)
+    assert differences(library, expected) == []
+
+
+def test_a_killed_run_is_resumed_by_the_next(inputs: Path, expected: Path, tmp_path: Path) -> None:
+    library = tmp_path / "library"
+    with machines({}, {}) as cluster:
+        run = start_on(cluster.address, inputs, library)
+        wait_until(lambda: any(library.glob("*/*/asset.json")), run)
+        run.send_signal(signal.SIGKILL)
+        run.wait()
+        assert differences(library, expected)
+        finished = {path: path.stat().st_mtime_ns for path in library.glob("*/*/asset.json")}
+        end(start_on(cluster.address, inputs, library))
+    assert {path: path.stat().st_mtime_ns for path in finished} == finished
+    assert differences(library, expected) == []
+
+
+def test_a_machine_with_a_full_disk_and_one_with_a_wrong_clock(inputs: Path, expected: Path, tmp_path: Path) -> None:
+    library = tmp_path / "library"
+    with machines({}, begun_with("full_disk"), wrong_clock()) as cluster:
+        run = start_on(cluster.address, inputs, library)
+        assert "a machine of the cluster gets no more jobs" in end(run)
+    assert differences(library, expected) == []
 
 
 def test_a_job_that_kills_what_does_it_is_rejected_after_two(tmp_path: Path) -> None:
@@ -36,7 +90,7 @@ def test_a_job_that_kills_what_does_it_is_rejected_after_two(tmp_path: Path) -> 
     assert found[2]["reason"] == "signal"
 
 
-@pytest.mark.certify  # in CI: tests/consumers/cluster/test_losses.py has a machine with a wrong clock
+@pytest.mark.certify  # in CI: a whole run on a cluster with such a machine
 def test_a_wrong_clock_ends_no_job() -> None:
     with machines({}, wrong_clock(-400)) as cluster:
         found = ask(cluster.address, *[("clock", "1")] * 6)
@@ -44,20 +98,19 @@ def test_a_wrong_clock_ends_no_job() -> None:
 
 
 def test_another_version_on_one_machine_ends_the_run() -> None:
-    with machines({}, other_version()) as cluster:
+    with machines({}, begun_with("other_version")) as cluster:
         found = ask(cluster.address, *[("burn", "1")] * 6)
     assert "has another version of casa-assets" in found["error"]
 
 
 def test_a_cluster_of_full_disks_ends_the_run() -> None:
-    with machines(full_disk(), full_disk()) as cluster:
+    with machines(*[begun_with("full_disk")] * 2) as cluster:
         found = ask(cluster.address, ("answer", "word"))
     assert found["error"].startswith("no machine of the cluster has room on its disk:\n")
     assert found["error"].count("0.0 MB are free") == 2
 
 
-def test_no_cluster_at_an_address_is_a_clear_error(tmp_path: Path) -> None:
-    inputs = few_meshes(tmp_path / "meshes")
+def test_no_cluster_at_an_address_is_a_clear_error(inputs: Path, tmp_path: Path) -> None:
     run = start_on("127.0.0.1:1", inputs, tmp_path / "x")
     assert "no Ray cluster answers at 127.0.0.1:1" in end(run, 2, 120)
 
@@ -70,15 +123,14 @@ def test_a_run_whose_own_ray_is_lost_connects_again() -> None:
 
 
 @pytest.mark.certify  # Ray takes a minute to notice
-def test_a_cluster_whose_head_is_lost_ends_the_run(tmp_path: Path) -> None:
-    inputs, library, expected = few_meshes(tmp_path / "meshes"), tmp_path / "library", tmp_path / "expected"
+def test_a_cluster_whose_head_is_lost_ends_the_run(inputs: Path, expected: Path, tmp_path: Path) -> None:
+    library = tmp_path / "library"
     with machines({}) as cluster:
         run = start_on(cluster.address, inputs, library)
         wait_until(lambda: any(library.glob("*/*/asset.json")), run)
         assert cluster.kill("gcs_server")
         assert "is lost; start Ray again, then run the same command again" in end(run, 2, 120)
-    for place in (library, expected):
-        end(start("ingest", inputs, "--library", place))
+    end(start("ingest", inputs, "--library", library))
     assert differences(library, expected) == []
 
 

@@ -15,6 +15,7 @@ import signal
 import subprocess
 import time
 from collections import Counter
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -53,11 +54,8 @@ def disturb(
     killed = lost = 0
     before = len(entries_of(library))
     while True:
-        try:
+        with suppress(subprocess.TimeoutExpired):
             run.wait(chance.uniform(LEAST_S, MOST_S))
-        except subprocess.TimeoutExpired:
-            pass
-        else:
             return True
         kinds = ["driver", "stop"] if len(entries_of(library)) > before else []
         kinds += ["job", "worker"] * 2 if not killed else []

@@ -15,6 +15,7 @@ from typing import NamedTuple
 import pytest
 
 from tests.consumers.own.results import TELLING, Checked, certified, only_entry, told_by
+from tests.support.library.libraries import write_files
 from tests.support.program.documents import saved
 from tests.support.program.environments import Environment, build_wheel, install
 
@@ -56,21 +57,18 @@ class Place(NamedTuple):
 
 @pytest.fixture(scope="module")
 def in_project(user: Environment, tmp_path_factory: pytest.TempPathFactory) -> Place:
-    """The plug-ins are in the project."""
     folder = tmp_path_factory.mktemp("project") / "ours"
-    _write(folder, _rows() | _code())
-    return Place(user, folder, ["--plugins"])
+    return Place(user, write_files(folder, _rows() | _code()), ["--plugins"])
 
 
 @pytest.fixture(scope="module")
 def in_package(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Place:
-    """The plug-ins are a package that is installed."""
     folder = tmp_path_factory.mktemp("package") / "ours"
     package = folder.parent / "tea_things"
     modules = {f"tea_things/{Path(name).name}": text for name, text in _code().items()}
-    _write(package, {**saved("out/tea_things"), "tea_things/__init__.py": "", **modules})
+    write_files(package, {**saved("out/tea_things"), "tea_things/__init__.py": "", **modules})
     built = build_wheel(package, folder.parent / "dist")
-    _write(folder, _rows())
+    write_files(folder, _rows())
     return Place(install(folder.parent / "environment", wheel, built), folder, [])
 
 
@@ -94,7 +92,6 @@ PAIRS = (
 
 @pytest.fixture(scope="module", params=PAIRS, ids="-".join)
 def made(request: pytest.FixtureRequest) -> Made:
-    """What is made with plug-ins: by command, and from Python."""
     place, way = request.param
     environment, folder, options = request.getfixturevalue(place)
     if way == "command":
@@ -112,8 +109,7 @@ def _made_by_command(environment: Environment, folder: Path, options: list[str])
         "export plugin masses out/library --out out/masses",
     )
     for line in lines:
-        done = environment.casa(*line.split(), *options, cwd=folder)
-        assert done.returncode == 0, f"{line}\n{done.stdout[-3000:]}\n{done.stderr[-3000:]}"
+        environment.casa(*line.split(), *options, code=0, cwd=folder)
     out = folder / "out"
     trays = [certified(path.parent) for path in out.glob("trays/tea_tray/*/asset.json")]
     plain, waved = sorted(trays, key=lambda one: "stall_waves" in _finishes(one))
@@ -131,20 +127,9 @@ def _finishes(asset: Checked) -> set[str]:
     return {material["id"] for material in asset.facts["materials"]}
 
 
-def _write(folder: Path, files: Mapping[str, str]) -> None:
-    for name, text in files.items():
-        path = folder / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8")
-
-
-def test_all_has_passed_its_checks(made: Made) -> None:
-    assert {"oak", "waved", "object", "mesh"} <= set(made.checked)
+def test_all_has_passed_its_checks_and_each_kind_of_thing_leaves_its_mark(made: Made) -> None:
+    """A family, a form of objects, a source, a kind of texture, a check, an exporter; certificates state versions."""
     assert {name: one.passed for name, one in made.checked.items()} == dict.fromkeys(made.checked, True)
-
-
-def test_each_kind_of_thing_leaves_its_mark(made: Made) -> None:
-    """A family, a form of objects, a source, a kind of texture, a check, an exporter."""
     oak, waved, thing, mesh = (made.checked[name] for name in ("oak", "waved", "object", "mesh"))
     assert [one.facts["labels"]["category"] for one in (oak, thing, mesh)] == ["tea_tray", "coaster", "cereal"]
     assert "oak_natural" in _finishes(oak)
@@ -154,11 +139,7 @@ def test_each_kind_of_thing_leaves_its_mark(made: Made) -> None:
         assert (result["status"], result["limit"]) == ("passed", 40.0)
     assert made.exported["id"] == mesh.facts["id"]
     assert isinstance(made.exported["mass"], float)
-
-
-def test_certificates_state_versions(made: Made) -> None:
-    names = ("oak", "waved", "object", "mesh") if made.by_command else ("mesh",)
-    for name in names:
+    for name in ("oak", "waved", "object", "mesh") if made.by_command else ("mesh",):
         assert made.checked[name].versions["plugin:tea"].startswith("1.0 "), name
     if made.by_command:
         assert made.checked["object"].versions["plugin:stall"].startswith("1.0 ")

@@ -23,7 +23,7 @@ from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 from tests.support.asset.asset_parts import CARDBOARD, PROVENANCE, box_inertial, labels
 from tests.support.asset.packages import tamper
-from tests.support.kitchen.scenes import put
+from tests.support.kitchen.scenes import at, put
 from tests.support.mesh.meshes import box_mesh
 
 LIMITS = registry.load().limits
@@ -50,8 +50,8 @@ def block(
                 inertial=box_inertial(1.0, size, middle),
                 visuals=(Visual(name="seen", mesh=box_mesh(size, middle), material="paint"),),
                 colliders=tuple(
-                    Collider(name=f"shape_{i}", shape=form, substance="cardboard", pose=Pose(position=at))
-                    for i, (form, at) in enumerate(touched)
+                    Collider(name=f"shape_{i}", shape=form, substance="cardboard", pose=Pose(position=place))
+                    for i, (form, place) in enumerate(touched)
                 ),
             ),
         ),
@@ -63,10 +63,6 @@ def block(
 
 
 FLOOR = block("floor", WIDE, kind="floor")
-
-
-def at(x: float, y: float, z: float, quaternion: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)) -> Pose:
-    return Pose(position=(x, y, z), quaternion=quaternion)
 
 
 def room(*things: tuple[Asset, Pose], floor: Asset = FLOOR, gravity: float = 9.81) -> Scene:

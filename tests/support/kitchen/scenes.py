@@ -34,6 +34,10 @@ def in_form(scene: Scene, weight: Weight) -> Scene | LightScene:
     return scene if weight is Weight.FULL else light_scene(scene)
 
 
+def at(x: float, y: float, z: float, quaternion: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)) -> Pose:
+    return Pose(position=(x, y, z), quaternion=quaternion)
+
+
 @cache
 def corner() -> Scene:
     """A fixed oven twice (one turned and ajar), a grill with named poses twice, a free oven, a driven drawer, mugs."""
@@ -41,46 +45,36 @@ def corner() -> Scene:
     loose = microwave(Base.FREE).replace(id="oven_9876543210")
     mug, orange, carton = rigid_mug(), ball(), textured_box()
     # As a fixture that hangs: its root does not stand at the origin of the asset.
-    raised = unit.replace(links=(unit.root.replace(pose=Pose(position=(0.0, 0.01, 0.2))), *unit.links[1:]))
+    raised = unit.replace(links=(unit.root.replace(pose=at(0.0, 0.01, 0.2)), *unit.links[1:]))
     ajar = (JointValue(joint="microjoint", value=-1.0),)
     pulled = (JointValue(joint="drawer_joint", value=0.125),)
     turned_on = (JointValue(joint="knob_joint", value=2.0), JointValue(joint="rack_joint", value=0.1))
+    narrow = {"castshadow": False, "cone_deg": 30.0}
     scene = Scene(
         id="corner",
         assets=(oven, barbecue, raised, loose, mug, orange, carton),
         placements=(
-            Placement(name="oven", asset=oven.id, pose=_at(1.0, -2.0, 0.9, QUARTER), joints=ajar),
-            Placement(name="second_oven", asset=oven.id, pose=_at(-1.25, 2.0, 0.9)),
-            Placement(name="grill", asset=barbecue.id, pose=_at(2.0, 0.5, 0.9, QUARTER), joints=turned_on),
-            Placement(name="other_grill", asset=barbecue.id, pose=_at(2.0, 1.5, 0.9)),
-            Placement(name="unit", asset=raised.id, pose=_at(0.0, -1.0, 0.0, QUARTER), joints=pulled),
-            Placement(name="loose_oven", asset=loose.id, pose=_at(-2.0, -2.0, 0.5, QUARTER), joints=ajar),
-            Placement(name="mug", asset=mug.id, pose=_at(0.0, 0.0, 1.0, QUARTER)),
-            Placement(name="tilted_mug", asset=mug.id, pose=_at(0.3, 0.0, 1.0, TILTED)),
-            Placement(name="orange", asset=orange.id, pose=_at(0.6, 0.0, 1.0)),
-            Placement(name="wall", asset=carton.id, pose=_at(0.0, 3.0, 0.0), layer=Layer.ROOM),
-            Placement(name="ceiling", asset=carton.id, pose=_at(0.0, 0.0, 2.5), layer=Layer.CEILING),
+            Placement(name="oven", asset=oven.id, pose=at(1.0, -2.0, 0.9, QUARTER), joints=ajar),
+            Placement(name="second_oven", asset=oven.id, pose=at(-1.25, 2.0, 0.9)),
+            Placement(name="grill", asset=barbecue.id, pose=at(2.0, 0.5, 0.9, QUARTER), joints=turned_on),
+            Placement(name="other_grill", asset=barbecue.id, pose=at(2.0, 1.5, 0.9)),
+            Placement(name="unit", asset=raised.id, pose=at(0.0, -1.0, 0.0, QUARTER), joints=pulled),
+            Placement(name="loose_oven", asset=loose.id, pose=at(-2.0, -2.0, 0.5, QUARTER), joints=ajar),
+            Placement(name="mug", asset=mug.id, pose=at(0.0, 0.0, 1.0, QUARTER)),
+            Placement(name="tilted_mug", asset=mug.id, pose=at(0.3, 0.0, 1.0, TILTED)),
+            Placement(name="orange", asset=orange.id, pose=at(0.6, 0.0, 1.0)),
+            Placement(name="wall", asset=carton.id, pose=at(0.0, 3.0, 0.0), layer=Layer.ROOM),
+            Placement(name="ceiling", asset=carton.id, pose=at(0.0, 0.0, 2.5), layer=Layer.CEILING),
         ),
-        cameras=(Camera(name="door", pose=Pose(position=(0.0, -3.0, 1.6), quaternion=TILTED), fov_y_deg=60.0),),
+        cameras=(Camera(name="door", pose=at(0.0, -3.0, 1.6, TILTED), fov_y_deg=60.0),),
         lights=(
             Light(name="sun", position=(1.0, -3.0, 2.4), direction=(0.2, 0.5, -1.0), color=(0.6, 0.58, 0.5)),
             Light(name="bulb", kind=LightKind.POINT, position=(0.0, 0.0, 2.0), direction=(0.0, 0.0, -1.0)),
-            Light(
-                name="spot",
-                kind=LightKind.SPOT,
-                position=(1.0, 0.0, 2.0),
-                direction=(0.0, 0.3, -1.0),
-                castshadow=False,
-                cone_deg=30.0,
-            ),
+            Light(name="spot", kind=LightKind.SPOT, position=(1.0, 0.0, 2.0), direction=(0.0, 0.3, -1.0), **narrow),
         ),
         ambient=(0.3, 0.31, 0.32),
     )
     return ready_to_simulate(scene)
-
-
-def _at(x: float, y: float, z: float, quaternion: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)) -> Pose:
-    return Pose(position=(x, y, z), quaternion=quaternion)
 
 
 def put(files: Files, root: Path, scene: Scene) -> Path:
@@ -105,10 +99,8 @@ def expected(scene: Scene, key: str) -> dict[str, Pose]:
     found = {}
     for place in scene.placements:
         asset = scene.asset_of[place.name]
-        start = Keyframe(name="start", joints=place.joints)
-        known = {"start": start, "closed": Keyframe(name="closed")}
-        keys = {k.name: k for k in asset.keyframes}
-        chosen = {**known, **keys}.get(key, known["closed"]) if key != "start" else start
+        keys = {k.name: k for k in asset.keyframes} | {"start": Keyframe(name="start", joints=place.joints)}
+        chosen = keys.get(key, Keyframe(name="closed"))
         posed = asset.replace(keyframes=(chosen.replace(name="asked"),))
         world_from_root = place.pose @ asset.root.pose
         for link, frame in asset_facts(posed)["poses"]["asked"].items():

@@ -83,11 +83,7 @@ def keep(root: Path, assets: Sequence[Asset]) -> Path:
 
 
 def similar_pairs(rows: Sequence[AssetRow], store: Store) -> Iterator[ShapePair]:
-    """Every pair of assets with similar shape descriptors, measured, in the order of the rows.
-
-    Args:
-        store: keeps what was measured, by the contents of both.
-    """
-    rows_with_shape = [row for row in rows if row.signature is not None]
-    for i, j in nearby_pairs([row.signature.shape for row in rows_with_shape if row.signature is not None]):
-        yield measure_pair(rows_with_shape[i], rows_with_shape[j], store)
+    """Every pair of assets with similar shape descriptors, measured, in the order of the rows."""
+    shaped = [(row, row.signature.shape) for row in rows if row.signature is not None]
+    for i, j in nearby_pairs([shape for _, shape in shaped]):
+        yield measure_pair(shaped[i][0], shaped[j][0], store)

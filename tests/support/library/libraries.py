@@ -12,7 +12,7 @@ import shutil
 import subprocess
 import sys
 import traceback
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import chdir, contextmanager, redirect_stderr, redirect_stdout
 from pathlib import Path
 from typing import Any, Self
@@ -32,6 +32,7 @@ BOXES: dict[str, Vec3] = {
     "cutting_board": (0.36, 0.018, 0.24),
     "milk_carton": (0.07, 0.24, 0.07),
 }
+CUT_GLB = b"glTF\x02\0\0\0\xff\0\0\0"
 
 
 def box_obj(size: Vec3) -> str:
@@ -42,16 +43,33 @@ def box_obj(size: Vec3) -> str:
     return "\n".join(rows) + "\n"
 
 
+def write_files(folder: Path, texts: Mapping[str, str]) -> Path:
+    """A folder with files of some texts, by their names in it."""
+    for name, text in texts.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text(text, encoding="utf-8")
+    return folder
+
+
+@contextmanager
+def edited(path: Path) -> Iterator[Any]:
+    """The JSON in a file, which is written anew with what is changed in it."""
+    data = json.loads(path.read_text(encoding="utf-8"))
+    yield data
+    path.write_text(json.dumps(data), encoding="utf-8")
+
+
+def put_boxes(folder: Path, *names: str) -> Path:
+    """A folder with some of the boxes, or all, as `<name>.obj`."""
+    return write_files(folder, {f"{name}.obj": box_obj(BOXES[name]) for name in names or BOXES})
+
+
 def make_inputs(folder: Path) -> Path:
     """Three boxes that are accepted, one file that is cut, one twin, one row of a manifest without a file."""
-    folder.mkdir(parents=True)
-    for name, size in BOXES.items():
-        (folder / f"{name}.obj").write_text(box_obj(size), encoding="ascii")
-    (folder / "broken.glb").write_bytes(b"glTF\x02\0\0\0\xff\0\0\0")
-    (folder / "twin.obj").write_text(box_obj(BOXES["cereal_box"]), encoding="ascii")
+    put_boxes(folder)
+    (folder / "broken.glb").write_bytes(CUT_GLB)
     rows = '{"id": "a", "file": "gone_a.glb"}\n{"id": "b", "file": "gone_b.glb"}\n'
-    (folder / "manifest.jsonl").write_text(rows, encoding="ascii")
-    return folder
+    return write_files(folder, {"twin.obj": box_obj(BOXES["cereal_box"]), "manifest.jsonl": rows})
 
 
 def made_once(common: Path, name: str, make: Callable[[Path], object]) -> Path:
@@ -73,17 +91,14 @@ def made_once(common: Path, name: str, make: Callable[[Path], object]) -> Path:
 def make_boxes(folder: Path) -> None:
     """`in`: inputs of `make_inputs`; `library`: of them, by one worker, hash seed 0; `lines.jsonl`: what it printed."""
     make_inputs(folder / "in")
-    done = casa("ingest", folder / "in", "--library", folder / "library", "--jobs", 1, "--json", PYTHONHASHSEED="0")
-    assert done.returncode == 1, done.stdout + done.stderr
+    words = ("ingest", folder / "in", "--library", folder / "library", "--jobs", 1, "--json")
+    done = casa(*words, code=1, PYTHONHASHSEED="0")
     (folder / "lines.jsonl").write_text(done.stdout, encoding="utf-8")
 
 
 def make_few(folder: Path) -> None:
     """`in`: two boxes and a file that is cut; `library`: of them, by one worker."""
-    (folder / "in").mkdir(parents=True)
-    for name in ("cereal_box", "milk_carton"):
-        (folder / "in" / f"{name}.obj").write_text(box_obj(BOXES[name]), encoding="ascii")
-    (folder / "in" / "broken.glb").write_bytes(b"glTF\x02\0\0\0\xff\0\0\0")
+    (put_boxes(folder / "in", "cereal_box", "milk_carton") / "broken.glb").write_bytes(CUT_GLB)
     done = casa_here("ingest", folder / "in", "--library", folder / "library", "--jobs", 1)
     assert done.returncode == 1, done.stdout + done.stderr
 
@@ -95,21 +110,19 @@ def input_rows(printed: str) -> list[dict[str, Any]]:
 
 
 def command(*arguments: object) -> list[str]:
-    """The command line of the program."""
     return [sys.executable, "-m", "casa_assets.cli.main", *map(str, arguments)]
 
 
-def casa(*arguments: object, **environment: str) -> subprocess.CompletedProcess[str]:
-    """Run the program and wait for it."""
-    return subprocess.run(
-        command(*arguments),
-        cwd=ROOT,
-        env={**os.environ, "COLUMNS": "200", **environment},
-        capture_output=True,
-        text=True,
-        errors="surrogateescape",
-        check=False,
-    )
+def ran(*words: object, code: int | None = 0, **options: Any) -> subprocess.CompletedProcess[str]:
+    """A command that has ended, with this code (None: with any). options: of `subprocess.run`."""
+    done = subprocess.run(list(map(str, words)), capture_output=True, text=True, check=False, **options)
+    assert code in (None, done.returncode), f"{words}\n{done.stdout[-4000:]}\n{done.stderr[-4000:]}"
+    return done
+
+
+def casa(*arguments: object, code: int | None = None, **environment: str) -> subprocess.CompletedProcess[str]:
+    variables = {**os.environ, "COLUMNS": "200", **environment}
+    return ran(*command(*arguments), code=code, cwd=ROOT, env=variables, errors="surrogateescape")
 
 
 def casa_here(*arguments: object, **environment: str) -> subprocess.CompletedProcess[str]:
@@ -159,7 +172,6 @@ class Here:
 
 @contextmanager
 def no_workers() -> Iterator[None]:
-    """Have runs work in this process."""
     with patch.object(pool, "Pool", Here):
         yield
 
@@ -177,8 +189,7 @@ def limited(kilobytes: int, *arguments: object) -> subprocess.CompletedProcess[s
     imports it next would fail.
     """
     words = ["bash", "-c", f'ulimit -f {kilobytes}; exec "$@"', "bash", *command(*arguments)]
-    environment = {**os.environ, "PYTHONDONTWRITEBYTECODE": "1"}
-    return subprocess.run(words, cwd=ROOT, env=environment, capture_output=True, text=True, check=False)
+    return ran(*words, code=None, cwd=ROOT, env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"})
 
 
 def tree(root: Path) -> dict[str, bytes | None]:
@@ -194,12 +205,10 @@ def tree(root: Path) -> dict[str, bytes | None]:
 
 
 def differences(one: Path, other: Path) -> list[str]:
-    """Paths at which two folders differ, sorted."""
     a, b = tree(one), tree(other)
     return sorted(path for path in a.keys() | b.keys() if path not in a or path not in b or a[path] != b[path])
 
 
 def entries_of(library: Path) -> Sequence[str]:
-    """Folders of all entries, relative and sorted."""
     found = [*library.glob("*/*/asset.json"), *library.glob("rejected/*/reject.json")]
     return sorted(path.parent.relative_to(library).as_posix() for path in found)

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import IO
 
 from casa_assets.runs.limits import trees
-from tests.support.library.libraries import ROOT, command
+from tests.support.library.libraries import ROOT, command, ran
 from tests.support.program.environments import packages_of, with_packages_of
 
 KEY, SECRET, BUCKET = "tester", "not-to-be-seen-anywhere", "assets"
@@ -38,8 +38,7 @@ class Server:
 
     def __enter__(self) -> Server:
         self.start()
-        done = self.python(f"import s3fs; s3fs.S3FileSystem().mkdir({BUCKET!r})")
-        assert done.returncode == 0, done.stderr
+        self.python(f"import s3fs; s3fs.S3FileSystem().mkdir({BUCKET!r})", code=0)
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -87,39 +86,24 @@ class Server:
             AWS_EC2_METADATA_DISABLED="true",
         )
 
-    def casa(self, *arguments: object, **environment: str) -> subprocess.CompletedProcess[str]:
-        """Run the program and wait for it."""
-        run = self.begin(*arguments, **environment)
-        out, errors = run.communicate(timeout=600)
-        return subprocess.CompletedProcess(run.args, run.returncode, out, errors)
+    def casa(self, *arguments: object, code: int | None = None, **environment: str) -> subprocess.CompletedProcess[str]:
+        variables = {**self.environment, **environment}
+        return ran(*command(*arguments), code=code, cwd=ROOT, env=variables, timeout=600)
 
     def done(self, *arguments: object) -> str:
-        """What the program prints, which has to end well."""
-        run = self.casa(*arguments)
-        assert run.returncode == 0, run.stderr
-        return run.stdout
+        return self.casa(*arguments, code=0).stdout
 
     def begin(self, *arguments: object, **environment: str) -> subprocess.Popen[str]:
-        return subprocess.Popen(
-            command(*arguments),
-            cwd=ROOT,
-            env={**self.environment, **environment},
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
+        variables, pipe = {**self.environment, **environment}, subprocess.PIPE
+        return subprocess.Popen(command(*arguments), cwd=ROOT, env=variables, stdout=pipe, stderr=pipe, text=True)
 
-    def python(self, code: str) -> subprocess.CompletedProcess[str]:
-        """Run Python with the packages of the extra."""
-        words = [sys.executable, "-c", code]
-        return subprocess.run(words, env=self.environment, capture_output=True, text=True, check=False)
+    def python(self, text: str, code: int | None = None) -> subprocess.CompletedProcess[str]:
+        return ran(sys.executable, "-c", text, code=code, env=self.environment)
 
     def keys(self, folder: str) -> list[str]:
-        """Paths of all objects in a folder of the bucket, sorted."""
-        code = f"import s3fs; print(*s3fs.S3FileSystem().find({f'{BUCKET}/{folder}'!r}), sep='\\n')"
-        done = self.python(code)
-        assert done.returncode == 0, done.stderr
-        return sorted(line.removeprefix(f"{BUCKET}/{folder}/") for line in done.stdout.split("\n") if line)
+        text = f"import s3fs; print(*s3fs.S3FileSystem().find({f'{BUCKET}/{folder}'!r}), sep='\\n')"
+        lines = self.python(text, code=0).stdout.split("\n")
+        return sorted(line.removeprefix(f"{BUCKET}/{folder}/") for line in lines if line)
 
     def _started(self, log: IO[bytes]) -> subprocess.Popen[bytes]:
         s3, *ports = self._ports
@@ -137,7 +121,6 @@ class Server:
         return subprocess.Popen([program, *words], stdout=log, stderr=log, start_new_session=True)
 
     def _answers(self) -> bool:
-        """True if it lists its buckets."""
         code = "import s3fs; s3fs.S3FileSystem(config_kwargs={'connect_timeout': 2}).ls('', refresh=True)"
         with socket.socket() as probe:
             if probe.connect_ex(("127.0.0.1", self._ports[0])):

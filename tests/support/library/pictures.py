@@ -36,7 +36,6 @@ def relief(seed: int = 1, size_px: int = 512) -> npt.NDArray[np.float32]:
 
 
 def encoded(image: npt.NDArray[np.generic], kind: str = "PNG") -> bytes:
-    """The bytes of a file with the picture."""
     out = io.BytesIO()
     Image.fromarray(image).save(out, kind)
     return out.getvalue()
@@ -61,8 +60,7 @@ def tiff(image: npt.NDArray[np.generic], **tile: int) -> bytes:
     """
     (height, width), samples = image.shape[:2], 1 if image.ndim == 2 else 3
     data, kind = image.tobytes(), {"u": 1, "i": 2, "f": 3}[image.dtype.kind]
-    short, long = (3, "<H"), (4, "<I")
-    bits = image.dtype.itemsize * 8
+    short, long, bits = (3, "<H"), (4, "<I"), image.dtype.itemsize * 8
     tags = [(256, long, [width]), (257, long, [height]), (258, short, [bits] * samples), (259, short, [1])]
     tags += [(262, short, [1 if samples == 1 else 2]), (273, long, [8]), (277, short, [samples])]
     tags += [(278, long, [height]), (279, long, [len(data)])]
@@ -89,7 +87,6 @@ def write_pictures(folder: Path, count: int, name: str = "stone") -> Path:
 
 
 def painted(params: Any, lane: str, canvas: Canvas = CANVAS, seed: int = 1) -> Layers:
-    """Parameters of a kind of texture, painted."""
     paint = next(kind.paint for kind in KINDS.values() if kind.params is type(params))
     return paint(params, canvas, rng_for(seed, lane))
 

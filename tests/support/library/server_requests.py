@@ -16,7 +16,6 @@ from casa_assets.show.view.subject import Subject
 
 @contextmanager
 def serving(subject: Subject, make: Maker, pose: str = "") -> Iterator[ViewServer]:
-    """A server on a free port, in a thread of its own."""
     with ViewServer(subject, Workshop(make), pose) as server:
         thread = Thread(target=server.serve_forever)
         thread.start()

@@ -9,7 +9,7 @@ from typing import Any
 
 from casa_assets.ingest.run.run import Options, ingest
 from casa_assets.ingest.run.shards import Shard
-from tests.support.library.libraries import BOXES, box_obj, differences
+from tests.support.library.libraries import BOXES, CUT_GLB, box_obj, differences, write_files
 
 # One box of cereal in three heights: each is a copy of its neighbour, and the first and the last are none.
 CEREAL_HEIGHTS_M = (0.290, 0.297, 0.304)
@@ -31,18 +31,15 @@ def make_sharded_inputs(folder: Path) -> Path:
         texts[f"chain_{number}/cereal_box.obj"] = box_obj((0.19, height, 0.06))
     rows = [{"id": "a", "file": "gone.glb"}, {"id": "b", "file": "box.obj", "category": "bread"}, {"id": "b"}, 5]
     texts["rows/manifest.jsonl"] = "\n".join(map(json.dumps, rows)) + "\n"
-    for name, text in texts.items():
-        (folder / name).parent.mkdir(parents=True, exist_ok=True)
-        (folder / name).write_text(text, encoding="ascii")
+    write_files(folder, texts)
     with zipfile.ZipFile(folder / "pack.zip", "w") as pack:
         pack.writestr("qwxz.obj", box_obj((0.11, 0.12, 0.13)))
-        pack.writestr("inner/broken.glb", b"glTF\x02\0\0\0\xff\0\0\0")
+        pack.writestr("inner/broken.glb", CUT_GLB)
         pack.writestr("inner/milk_carton.obj", box_obj(BOXES["milk_carton"]))
     return folder
 
 
 def run_shards(source: Path, folder: Path, count: int, **options: Any) -> list[Path]:
-    """The libraries of all shards of a run, in `folder`, by one worker each."""
     places = [folder / f"{index}_of_{count}" for index in range(1, count + 1)]
     for index, place in enumerate(places, 1):
         list(ingest([source], Options(place, jobs=1, shard=Shard(index, count), **options)))

@@ -65,7 +65,6 @@ fsspec.register_implementation(PROTOCOL, TrialSystem, clobber=True)
 
 
 def put(folder: Path, url: str = f"{PROTOCOL}://data/things") -> str:
-    """Copy the files of a folder to the store in memory; returns the address."""
     system = TrialSystem()
     for path in sorted(folder.rglob("*")):
         if path.is_file():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import random
 from collections.abc import Iterator
+from functools import partial
 from typing import Any
 
 from casa_assets import registry
@@ -25,7 +26,6 @@ ASKED, PLACE = ("mug", "bowl"), 20
 
 
 def synthetic_entries(count: int, seed: int = 0) -> Iterator[Entry]:
-    """Entries drawn by chance, the same each time for a seed."""
     draw = random.Random(seed)
     known = registry.load().categories
     names = sorted(known.keys() - set(ASKED))
@@ -64,18 +64,14 @@ def _accepted(category: Any, draw: random.Random) -> dict[str, Any]:
         hull_vertices=64,
         faces=draw.randint(100, 20_000),
     )
-    warnings = []
-    if draw.random() < REVIEW_SHARE:
-        warnings.append((REVIEW_CODE, draw.choice(SUBJECTS)))
-    if draw.random() < ADVICE_SHARE:
-        warnings.append((draw.choice(ADVICE), ""))
+    told = [(REVIEW_CODE, draw.choice(SUBJECTS))] if draw.random() < REVIEW_SHARE else []
+    told += [(draw.choice(ADVICE), "")] if draw.random() < ADVICE_SHARE else []
+    warning = partial(Issue.model_construct, severity=Severity.WARNING, message="")
     return {
         "accepted": True,
         "summary": summary,
         "split": "test" if draw.random() < 0.2 else "train",
-        "checks": Tally(58, len(warnings), 1, 14, len(warnings)),
+        "checks": Tally(58, len(told), 1, 14, len(told)),
         "colors": ((draw.choice(("red", "white", "grey", "brown")), 0.7), ("black", 0.2)),
-        "warnings": tuple(
-            [Issue.model_construct(code=c, severity=Severity.WARNING, pointer=p, message="") for c, p in warnings]
-        ),
+        "warnings": tuple(warning(code=code, pointer=pointer) for code, pointer in told),
     }

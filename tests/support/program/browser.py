@@ -20,8 +20,6 @@ LOCAL = ("file:", "blob:", "data:", "about:")
 
 
 class Browser:
-    """One process of Chromium with one page at a time."""
-
     def __init__(self) -> None:
         program = next((path for name in PROGRAMS if (path := shutil.which(name))), None)
         assert program is not None, "Chromium is needed: sudo apt-get install chromium"

@@ -14,20 +14,16 @@ PAGES = ("README.md", "CONTRIBUTING.md", "ARCHITECTURE.md", "examples/README.md"
 # Why a block is not run. Whoever adds one has to say so on the page, where the reader sees it too.
 REASONS = frozenset(
     {
+        *("needs a network", "needs a screen", "needs data of a benchmark", "needs files of your own"),
+        *("needs weights of CLIP", "runs for minutes"),
         "needs a checkout",  # ./dev; CI runs it
-        "needs a network",
-        "needs a screen",
-        "needs data of a benchmark",
-        "needs files of your own",
         "needs Blender",  # tests/consumers/blender_kitchen.py does what docs/howto/use/blender.md says
         "needs Isaac Lab",  # nothing runs it; tests compile isaac_lab.py and compare its numbers
         "needs mujoco_warp",  # tests/consumers/batch_worlds.py does what docs/howto/use/batch.md says
         "needs Newton",  # tests/consumers/newton_kitchen.py does what docs/howto/use/newton.md says
         "needs RoboCasa",  # tests/consumers/robocasa/test_open_drawer.py runs docs/howto/use/robocasa.md
-        "needs weights of CLIP",
         "installs a package",  # tests/consumers/own/test_plugins.py builds it, installs it and uses it
         "needs yourdfpy or SAPIEN",  # tests/consumers/test_urdf.py runs them
-        "runs for minutes",
         "runs until it is stopped",  # tests/unit/cli/test_kitchen_verbs.py runs what docs/howto/use/view.md shows
     }
 )

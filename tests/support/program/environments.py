@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tests.support.library.libraries import ROOT
+from tests.support.library.libraries import ROOT, ran
 
 CONSUMERS = ROOT / "tests" / "consumers"
 
@@ -41,16 +41,10 @@ def with_packages_of(name: str, **variables: str) -> dict[str, str]:
 
 def printed(name: str, script: str, *words: object, timeout_s: float = 300, folder: Path = ROOT) -> str:
     """Output of a script in its environment. script: path from tests/consumers, or whole. folder: to work in."""
-    command = [python_of(name), CONSUMERS / script, *words]
-    done = subprocess.run(
-        list(map(str, command)), cwd=folder, check=False, capture_output=True, text=True, timeout=timeout_s
-    )
-    assert done.returncode == 0, done.stderr[-4000:]
-    return done.stdout
+    return ran(python_of(name), CONSUMERS / script, *words, cwd=folder, timeout=timeout_s).stdout
 
 
 def found_by(name: str, script: str, *words: object, timeout_s: float = 300) -> Any:
-    """The JSON in the last line of a script's output there."""
     return json.loads(printed(name, script, *words, timeout_s=timeout_s).splitlines()[-1])
 
 
@@ -69,7 +63,7 @@ def rows_of(text: str, begin: str = "{") -> list[Any]:
 
 def build_wheel(project: Path, folder: Path) -> Path:
     """The wheel of a project, put into a folder; its build backend is downloaded where pip has not kept it."""
-    _run([sys.executable, "-m", "build", "--wheel", "--outdir", str(folder), str(project)])
+    ran(sys.executable, "-m", "build", "--wheel", "--outdir", folder, project, timeout=600)
     (built,) = folder.glob("*.whl")
     return built
 
@@ -80,32 +74,29 @@ class Environment:
 
     folder: Path
 
-    def casa(self, *words: str | Path, cwd: Path, program: str = "casa-assets") -> subprocess.CompletedProcess[str]:
+    def casa(
+        self, *words: object, cwd: Path, code: int | None = None, program: str = "casa-assets"
+    ) -> subprocess.CompletedProcess[str]:
         """Call a program of the environment, where nothing leads to the checkout, a project or a configuration."""
         left_out = [name for name in os.environ if name.startswith(("PYTHON", "CASA_ASSETS_"))]
         kept = {name: value for name, value in os.environ.items() if name not in left_out}
         own = {"XDG_CONFIG_HOME": str(self.folder / "config"), "COLUMNS": "200"}
         variables = {**kept, **own, "CASA_ASSETS_CACHE": os.environ["CASA_ASSETS_CACHE"]}
-        command = [str(self.folder / "bin" / program), *map(str, words)]
-        return subprocess.run(command, cwd=cwd, env=variables, capture_output=True, text=True, check=False)
+        return ran(self.folder / "bin" / program, *words, code=code, cwd=cwd, env=variables)
 
-    def python(self, script: Path, cwd: Path) -> subprocess.CompletedProcess[str]:
-        return self.casa(script, cwd=cwd, program="python")
+    def python(self, text: str, cwd: Path) -> str:
+        """What a script prints that is written into a folder and run there."""
+        (cwd / "script.py").write_text(text, encoding="utf-8")
+        return self.casa("script.py", cwd=cwd, code=0, program="python").stdout
 
 
 def install(folder: Path, *wheels: Path) -> Environment:
     """Make an environment with wheels in it. What these depend on comes from the environment that runs the tests."""
-    _run([sys.executable, "-m", "venv", "--without-pip", str(folder)])
-    python = folder / "bin" / "python"
-    pip = [sys.executable, "-m", "pip", "--python", str(python), "--disable-pip-version-check", "--quiet"]
-    _run([*pip, "install", "--no-deps", "--no-index", *map(str, wheels)])
+    ran(sys.executable, "-m", "venv", "--without-pip", folder, timeout=600)
+    pip = (sys.executable, "-m", "pip", "--python", folder / "bin" / "python", "--disable-pip-version-check", "--quiet")
+    ran(*pip, "install", "--no-deps", "--no-index", *wheels, timeout=600)
     (site,) = folder.glob("lib/python*/site-packages")
     # A folder that a .pth file names is searched, but .pth files in it are not read: the editable installation of the
     # checkout, which is such a file, stays out.
     (site / "dependencies.pth").write_text(sysconfig.get_path("purelib") + "\n", encoding="utf-8")
     return Environment(folder)
-
-
-def _run(command: list[str]) -> None:
-    done = subprocess.run(command, check=False, capture_output=True, text=True, timeout=600)
-    assert done.returncode == 0, done.stderr or done.stdout

@@ -59,10 +59,10 @@ SIMPLE: dict[str, Callable[[str], object]] = {
     "exit": lambda value: os._exit(int(value)),
     "sys_exit": lambda value: sys.exit(int(value)),
     "eat": lambda value: int(np.ones(400_000_000, dtype=np.uint64).sum()),
-    "read_input": lambda value: os.read(0, 10).decode(),
     "unsendable": lambda value: Unsendable(),
     "unreadable": lambda value: Unreadable(),
     "oom_score": lambda value: int(Path("/proc/self/oom_score_adj").read_text(encoding="ascii")),
+    "take": lambda value: (np.ones(int(float(value) * 1e9 / 8), dtype=np.uint64).sum(), value)[1],
     "hang": lambda value: time.sleep(100_000),
     "threads": lambda value: os.environ["OPENBLAS_NUM_THREADS"],
     # The clock, and where temporary files go, after some seconds of processor time.
@@ -71,11 +71,6 @@ SIMPLE: dict[str, Callable[[str], object]] = {
     "die_with_grandchild": lambda value: (_grandchild(value), os.abort()),
     "hang_with_grandchild": lambda value: (_grandchild(value), time.sleep(100_000)),
 }
-
-
-def _take(value: str) -> str:
-    np.ones(int(float(value) * 1e9 / 8), dtype=np.uint64).sum()
-    return value
 
 
 def _burn(value: str) -> str:
@@ -125,13 +120,6 @@ def _out_of_memory_when_told(value: str) -> None:
     raise Untold
 
 
-def _print(value: str) -> str:
-    for _ in range(2000):
-        os.write(1, b"x" * 1000)
-        os.write(2, b"y" * 1000)
-    return value
-
-
 def _grandchild(value: str) -> str:
     """Leave a process behind that holds everything open; `value` is where its number is written."""
     child = subprocess.Popen(["sleep", "1000"], close_fds=False)
@@ -141,18 +129,17 @@ def _grandchild(value: str) -> str:
 
 def _die_once(value: str) -> str:
     """As if killed from outside the first time."""
-    mark = Path(value)
-    if not mark.exists():
-        mark.touch()
-        os.kill(os.getpid(), 9)
-    return "second time"
+    return _kill_once(os.getpid(), Path(value))
 
 
 def _kill_server_once(value: str) -> str:
-    mark = Path(value)
+    return _kill_once(os.getppid(), Path(value))
+
+
+def _kill_once(process: int, mark: Path) -> str:
     if not mark.exists():
         mark.touch()
-        os.kill(os.getppid(), 9)
+        os.kill(process, 9)
         time.sleep(60)
     return "second time"
 

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from casa_assets.projects import VARIABLE, use_project
+from tests.support.library.libraries import write_files
 
 Project = Callable[[Mapping[str, str]], Path]
 
@@ -17,11 +18,7 @@ def project_in(folder: Path) -> Iterator[Project]:
     """Write files into a project, by their names, and use it; with a casa.yaml if none is among them."""
 
     def written(files: Mapping[str, str]) -> Path:
-        for name, text in {"casa.yaml": "name: ours\n", **files}.items():
-            path = folder / name
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(text, encoding="utf-8")
-        use_project(folder)
+        use_project(write_files(folder, {"casa.yaml": "name: ours\n", **files}))
         return folder
 
     yield written

@@ -17,7 +17,7 @@ import socket
 import subprocess
 import sys
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -45,7 +45,7 @@ def serve(descriptor: int) -> None:
     from casa_assets.model.record import complete_records
     from casa_assets.runs.server import main
 
-    signal.signal(signal.SIGCHLD, lambda *_: _reap())
+    signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # servers that have ended leave nothing
     control, warmed = socket.socket(fileno=descriptor), set[str]()
     while True:
         data, descriptors, *_ = socket.recv_fds(control, MESSAGE_BYTES, 1)
@@ -65,12 +65,6 @@ def serve(descriptor: int) -> None:
         control.close()
         os.setsid()
         main(descriptors[0])
-
-
-def _reap() -> None:
-    with suppress(ChildProcessError):
-        while os.waitpid(-1, os.WNOHANG)[0]:
-            pass
 
 
 class Forked:
@@ -127,15 +121,10 @@ class WarmServers:
         self._control, end = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         self._state = state()
         with end:
-            self._process = subprocess.Popen(
-                [sys.executable, "-c", CODE, json.dumps(self._state[1]), str(end.fileno())],
-                pass_fds=[end.fileno()],
-                env=self._state[2],
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.DEVNULL,
-                stderr=subprocess.DEVNULL,
-                start_new_session=True,
-            )
+            words = [sys.executable, "-c", CODE, json.dumps(self._state[1]), str(end.fileno())]
+            silent = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.DEVNULL)
+            options = {"pass_fds": [end.fileno()], "env": self._state[2], "start_new_session": True}
+            self._process = subprocess.Popen(words, **silent, **options)
         return self._control
 
     def close(self) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -17,6 +18,7 @@ from casa_assets import registry
 from casa_assets.cache import cache_key
 from casa_assets.cache.cache_key import reach
 from casa_assets.cache.code_index import PACKAGE, package_files, scan, target
+from tests.support.library.libraries import write_files
 
 pytestmark = pytest.mark.content("code", "cache", keep=0)
 
@@ -24,7 +26,6 @@ ROOT = Path(__file__).parents[3]
 PARTS = 5  # of the package, each of which is parsed by itself
 # What loads a module by a name that is worked out while the program runs.
 LOADERS = {"importlib.import_module", "import_module", "__import__"}
-
 # Of so many families, the keys of all presets are looked at.
 FAMILIES = ("toaster", "microwave", "switch", "rug", "room_wall", "vase")
 # Loads the package and then, once for each line (paths to look for modules at), prints the keys of everything that is
@@ -81,7 +82,6 @@ class Copy:
         self.before = self.keys()
 
     def start(self, seed: str) -> subprocess.Popen[str]:
-        """A process that has loaded the package."""
         environment = {**os.environ, "PYTHONPATH": str(self.folder), "PYTHONHASHSEED": seed}
         pipe = subprocess.PIPE
         return subprocess.Popen(
@@ -101,10 +101,6 @@ class Copy:
         assert asked.stdout.readline() == "\n"
         return found
 
-    def close(self) -> None:
-        """End the process."""
-        self._loaded.communicate()
-
     def changed_by(self, path: str, old: str, new: str) -> set[str]:
         """Names of the keys that differ once a text is replaced in a file, which is put back."""
         target = self.folder / path
@@ -117,7 +113,6 @@ class Copy:
         return {name for name in after if after[name] != self.before[name]}
 
     def names(self, word: str, end: str = "") -> set[str]:
-        """Names of keys that begin with a word and end so."""
         return {name for name in self.before if name.startswith(f"{word} ") and name.endswith(end)}
 
 
@@ -125,68 +120,51 @@ class Copy:
 def copy(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Copy]:
     made = Copy(tmp_path_factory.mktemp("copy"))
     yield made
-    made.close()
+    made._loaded.communicate()
 
 
-class TestOneConstantChanges:
-    def test_nothing_where_nothing_is_changed(self, copy: Copy) -> None:
-        other = copy.start("7")
-        assert copy.keys(process=other) == copy.before
-        other.communicate()
-
-    def test_in_a_kind_of_texture(self, copy: Copy) -> None:
-        """The textures of that kind and of the others in its module, and what shows them."""
-        changed = copy.changed_by("casa_assets/kitchenware/textures/wall_panels.py", "0.0004 * (np", "0.0005 * (np")
-        kinds = (" ceramic_tile", " fired_clay", " stonework", " painted_boards", " concrete", " pressed_tin")
-        those = {n for kind in kinds for n in copy.names("texture", kind)}
-        assert {n for n in changed if n.startswith("texture ")} == those
-        shown = {n for n in changed if n.startswith("asset ")}
-        assert 0 < len(shown) < len(copy.names("asset")) / 4
-        assert changed.isdisjoint(copy.names("stage") | copy.names("library"))
-
-    def test_in_the_preview_of_kitchens(self, copy: Copy) -> None:
-        """Pictures and the verdicts on them, and no geometry."""
-        changed = copy.changed_by("casa_assets/show/stills/room_light.py", "_EXPOSURE = 0.78", "_EXPOSURE = 0.79")
-        assert changed == copy.names("pictures") | copy.names("verdict")
-
-    def test_in_a_stage(self, copy: Copy) -> None:
-        changed = copy.changed_by(
-            "casa_assets/ingest/mass.py", "MIN_THICKNESS_RATIO = 1e-7", "MIN_THICKNESS_RATIO = 1e-6"
-        )
-        assert changed == {"stage mass", "library ingest"}
-
-    def test_in_a_family(self, copy: Copy) -> None:
-        """Its own assets, and the kitchens that have one."""
-        changed = copy.changed_by(
-            "casa_assets/kitchenware/fixtures/toasters.py", "FOOT_HEIGHT = 0.008 ", "FOOT_HEIGHT = 0.009 "
-        )
-        assert {n for n in changed if n.startswith("asset ")} == {
-            n for n in copy.before if n.startswith("asset toaster ")
-        }
-        assert changed.isdisjoint(copy.names("texture") | copy.names("stage") | copy.names("library"))
-
-    def test_in_the_viewer(self, copy: Copy) -> None:
-        """The pages that load it, and neither what the checks of minutes said nor the models that it shows."""
-        changed = copy.changed_by(
-            "casa_assets/show/page/bundle/viewer.js", "/* casa-assets viewer with", "/* the viewer with"
-        )
-        assert changed == {"page of a scene"}
-
-    def test_in_a_plan(self, copy: Copy) -> None:
-        """What is made of that plan alone."""
-        changed = copy.changed_by("registry/plans/l_small.yaml", "height: 2.7\n", "height: 2.71\n")
-        assert changed == {n for n in copy.before if " l_small__" in n}
+# A text in a file, what takes its place, and the names of the keys that differ then.
+CHANGES = (
+    ("casa_assets/show/stills/room_light.py", "_EXPOSURE = 0.78", "_EXPOSURE = 0.79", "(pictures|verdict) .*"),
+    ("casa_assets/ingest/mass.py", "_RATIO = 1e-7", "_RATIO = 1e-6", "stage mass|library ingest"),
+    ("casa_assets/show/page/bundle/viewer.js", "/* casa-assets viewer with", "/* the viewer with", "page of a scene"),
+    ("registry/plans/l_small.yaml", "height: 2.7\n", "height: 2.71\n", ".* l_small__.*"),
+)
 
 
-def test_packages_that_make_nothing_change_no_key(copy: Copy, tmp_path: Path) -> None:
+def test_what_is_made_of_a_file_has_another_key_and_nothing_else(copy: Copy, subtests: pytest.Subtests) -> None:
+    """Such as the pages that load the viewer, but neither verdicts of checks nor the models that it shows."""
+    for path, old, new, names in CHANGES:
+        with subtests.test(path=path):
+            assert copy.changed_by(path, old, new) == {name for name in copy.before if re.fullmatch(names, name)}
+
+
+def test_a_kind_of_texture_changes_those_of_its_module_and_what_shows_them(copy: Copy) -> None:
+    changed = copy.changed_by("casa_assets/kitchenware/textures/wall_panels.py", "0.0004 * (np", "0.0005 * (np")
+    kinds = (" ceramic_tile", " fired_clay", " stonework", " painted_boards", " concrete", " pressed_tin")
+    those = {n for kind in kinds for n in copy.names("texture", kind)}
+    assert changed & copy.names("texture") == those
+    assert 0 < len(changed & copy.names("asset")) < len(copy.names("asset")) / 4
+    assert changed.isdisjoint(copy.names("stage") | copy.names("library"))
+
+
+def test_a_family_changes_its_own_assets_and_kitchens_that_have_one(copy: Copy) -> None:
+    path = "casa_assets/kitchenware/fixtures/toasters.py"
+    changed = copy.changed_by(path, "FOOT_HEIGHT = 0.008 ", "FOOT_HEIGHT = 0.009 ")
+    assert changed & copy.names("asset") == copy.names("asset toaster")
+    assert changed.isdisjoint(copy.names("texture") | copy.names("stage") | copy.names("library"))
+
+
+def test_nothing_changes_with_the_process_or_packages_that_make_nothing(copy: Copy, tmp_path: Path) -> None:
     """Whoever has Ray, or the program that a written file is for, makes the same bytes as who has not."""
+    other = copy.start("7")
+    assert copy.keys(process=other) == copy.before
+    other.communicate()
     for name in ("ray", "isaaclab"):
-        (tmp_path / name).mkdir()
-        (tmp_path / name / "__init__.py").write_text("raise ImportError('nothing imports it for a key')\n")
-        told = tmp_path / f"{name}-98.7.6.dist-info"
-        told.mkdir()
-        (told / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 98.7.6\n")
-        (told / "top_level.txt").write_text(f"{name}\n")
+        told = f"Metadata-Version: 2.1\nName: {name}\nVersion: 98.7.6\n"
+        files = {"METADATA": told, "top_level.txt": f"{name}\n"}
+        write_files(tmp_path / f"{name}-98.7.6.dist-info", files)
+        write_files(tmp_path / name, {"__init__.py": "raise ImportError('nothing imports it for a key')\n"})
     assert copy.keys(besides=(tmp_path,)) == copy.before
 
 
@@ -226,9 +204,8 @@ class TestImports:
         found = reach("casa_assets.layouts.run.scene_json")
         assert "casa_assets.layouts.run.resolve" not in found.modules, "imported under TYPE_CHECKING"
         assert "casa_assets.articulate.run.steps" in reach("casa_assets.cli.verbs.meshes:articulate").modules
-        assert "casa_assets.ingest.run.steps" in reach("casa_assets.ingest.run.inputs:WorkerAnswers").modules, (
-            "named in text"
-        )
+        named_in_text = reach("casa_assets.ingest.run.inputs:WorkerAnswers").modules
+        assert "casa_assets.ingest.run.steps" in named_in_text
 
     def test_the_versions_of_a_validator_in_another_python_count(self, monkeypatch: pytest.MonkeyPatch) -> None:
         # A module that was merged into another took its name along unseen once, and the versions with it.

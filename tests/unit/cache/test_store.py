@@ -8,6 +8,7 @@ import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import SimpleNamespace
+from unittest.mock import Mock
 
 import pytest
 
@@ -15,8 +16,10 @@ from casa_assets.cache import code_index
 from casa_assets.cache.store import Store
 from casa_assets.core.system import cache_for
 from casa_assets.runs import engine as batch
+from tests.support.library.libraries import write_files
 
 KEY = "ab" * 32
+Scans = Callable[[], dict[str, code_index.Scan]]  # what a new process would find in a package
 
 
 @pytest.mark.parametrize("damage", [b"", b"not compressed", None])
@@ -26,14 +29,6 @@ def test_what_is_damaged_is_not_there(tmp_path: Path, damage: bytes | None) -> N
     (path,) = (p for p in tmp_path.rglob("*") if p.is_file())
     path.write_bytes(path.read_bytes()[:-3] if damage is None else damage)
     assert store.get(KEY) is None
-
-
-def test_sweep_takes_what_killed_writers_left(tmp_path: Path) -> None:
-    store = Store(tmp_path)
-    store.put(KEY, b"x")
-    (tmp_path / "ab" / f".{KEY}.123").write_bytes(b"half")
-    store.sweep()
-    assert [p.name for p in tmp_path.rglob("*") if p.is_file()] == [KEY]
 
 
 def keys(store: Store) -> list[str]:
@@ -53,7 +48,7 @@ def test_what_was_used_longest_ago_makes_room(tmp_path: Path) -> None:
     assert keys(store) == ["0" * 64, "6" * 64, "7" * 64]
 
 
-def test_what_another_process_is_writing_stays(tmp_path: Path) -> None:
+def test_what_another_process_is_writing_stays_until_it_was_killed(tmp_path: Path) -> None:
     store = Store(tmp_path)
     store.put(KEY, os.urandom(1000))
     half = tmp_path / "ab" / f".{KEY}.123"
@@ -64,6 +59,10 @@ def test_what_another_process_is_writing_stays(tmp_path: Path) -> None:
     os.utime(half, (0, 0))  # whoever wrote it was killed
     store.trim(0)
     assert not half.exists()
+    store.put(KEY, b"x")
+    half.write_bytes(b"half")
+    store.sweep()
+    assert keys(store) == [KEY]
 
 
 def test_only_an_optional_store_may_fail_to_keep_something(tmp_path: Path) -> None:
@@ -93,14 +92,6 @@ def test_processes_trim_one_store_side_by_side(tmp_path: Path) -> None:
     assert sum(path.stat().st_size for path in tmp_path.glob("*/*")) <= 1500
 
 
-class Stopped(Exception):
-    """Ends a run before a worker starts."""
-
-
-def stop(*_: object) -> None:
-    raise Stopped
-
-
 @pytest.mark.parametrize("reason", ["cannot be written to", "is on a full disk"])
 def test_a_cache_that_keeps_nothing_is_replaced_and_named(
     reason: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
@@ -113,21 +104,17 @@ def test_a_cache_that_keeps_nothing_is_replaced_and_named(
         wanted.write_bytes(b"")  # the user who runs the tests may be root, who may write to every folder
     own = tmp_path / "out" / ".casa" / "cache"
     assert cache_for(tmp_path / "out") == own
-    monkeypatch.setattr(batch, "open_engine", stop)
-    with pytest.raises(Stopped):
+    monkeypatch.setattr(batch, "open_engine", Mock(side_effect=KeyboardInterrupt))  # before a worker starts
+    with pytest.raises(KeyboardInterrupt):
         next(batch.run_batch(shutil.rmtree, [tmp_path], tmp_path / "out", 1, "", 0))
     assert f"the cache folder {wanted / 'cache'} {reason}, so {own} is used instead" in caplog.text
 
 
 @pytest.fixture
-def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[], dict[str, code_index.Scan]]]:
-    """A package of two modules in `tmp_path`, and what a new process would find in it."""
+def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Scans]:
     monkeypatch.setenv("CASA_ASSETS_CACHE", str(tmp_path / "cache"))
-    root = tmp_path / "casa_assets"
-    root.mkdir()
-    (root / "__init__.py").touch()
-    (root / "one.py").write_text("from casa_assets.two import made\nimport numpy\n")
-    (root / "two.py").write_text('made = "table.yaml"\n')
+    root, imports = tmp_path / "casa_assets", "from casa_assets.two import made\nimport numpy\n"
+    write_files(root, {"__init__.py": "", "one.py": imports, "two.py": 'made = "table.yaml"\n'})
     monkeypatch.setattr(code_index, "package_root", lambda: root)
 
     def scans() -> dict[str, code_index.Scan]:
@@ -140,9 +127,7 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callabl
     code_index._scans.cache_clear()
 
 
-def test_only_a_changed_file_is_read_again(
-    package: Callable[[], dict[str, code_index.Scan]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_only_a_changed_file_is_read_again(package: Scans, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     before = package()
     read: list[str] = []
     theirs = code_index._scan_text
@@ -156,18 +141,12 @@ def test_only_a_changed_file_is_read_again(
     assert after["casa_assets.one"] == before["casa_assets.one"]
 
 
-def test_a_new_module_has_all_read_again(package: Callable[[], dict[str, code_index.Scan]], tmp_path: Path) -> None:
+def test_a_new_module_or_a_damaged_index_has_all_read_again(package: Scans, tmp_path: Path) -> None:
     """What `from casa_assets.two import made` leads to depends on which modules there are."""
-    package()
-    (tmp_path / "casa_assets" / "two.py").unlink()
-    (tmp_path / "casa_assets" / "two").mkdir()
-    (tmp_path / "casa_assets" / "two" / "__init__.py").touch()
-    (tmp_path / "casa_assets" / "two" / "made.py").touch()
-    assert package()["casa_assets.one"].modules == ("casa_assets.two.made",)
-
-
-def test_a_damaged_index_is_made_again(package: Callable[[], dict[str, code_index.Scan]], tmp_path: Path) -> None:
     before = package()
     for path in (tmp_path / "cache" / code_index.KEPT_IN).iterdir():
         path.write_bytes(path.read_bytes()[:40])
     assert package() == before
+    (tmp_path / "casa_assets" / "two.py").unlink()
+    write_files(tmp_path / "casa_assets" / "two", {"__init__.py": "", "made.py": ""})
+    assert package()["casa_assets.one"].modules == ("casa_assets.two.made",)

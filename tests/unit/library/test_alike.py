@@ -1,4 +1,4 @@
-"""Copies in a library: which one stays, who is told, what is said of all assets together, and search by words."""
+"""Copies in a library: which one stays, what is said of all assets together; colours by area, and search by words."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from casa_assets.library.clip import VIEWS, ClipModel, image_embeddings
 from casa_assets.library.entry_files import read_refusal
 from casa_assets.library.entry_table import EntryTable
 from casa_assets.library.library import Library
-from casa_assets.library.pairs import read_rows
+from casa_assets.library.pairs import color_distance, color_histogram, read_rows
 from casa_assets.library.search import search_by_picture, search_by_words, tokens
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.material import Material
@@ -33,8 +33,9 @@ from casa_assets.model.pose import Pose
 from casa_assets.model.source import Source, SourceKind
 from casa_assets.runs.engine import NEAR_DUPLICATE_CODE, cached_outcome
 from casa_assets.runs.outcome import Outcome
-from tests.support.asset.assets import ball, rigid_mug
+from tests.support.asset.assets import ball, rigid_mug, textured_box
 from tests.support.library.built_libraries import keep, similar_pairs
+from tests.support.mesh.meshes import texture
 
 pytestmark = pytest.mark.content("code", "library", keep=0)
 
@@ -60,7 +61,6 @@ OTHER, LARGE = mug("mug_cccccccccc", BLUE), mug("mug_dddddddddd", factor=1.4)
 
 
 def library(root: Path, *assets: Asset) -> Library:
-    """A library that holds these."""
     return Library(keep(root / "library", assets))
 
 
@@ -97,7 +97,6 @@ def told(place: Library, order: Sequence[Asset], arrived: Sequence[Asset]) -> li
 
 
 def job_of(place: Library, asset: Asset, old: Path | None = None) -> Job:
-    """The input that an asset would have come from."""
     source = Source(kind=SourceKind.FOLDER, path=f"{asset.id}.glb")
     survey = Survey(asset.provenance.sha256, "mug", 1.0, "")
     return Job(Found(place.root, source.path, source), survey, asset.id, place.root, {}, "0" * 64)
@@ -187,7 +186,6 @@ class Painter:
         self.shown = 0
 
     def encode_images(self, pictures: Sequence[bytes]) -> npt.NDArray[np.float64]:
-        """Redder pictures lie nearer to red."""
         self.shown += len(pictures)
         found = []
         for png in pictures:
@@ -199,13 +197,11 @@ class Painter:
         return rows / np.linalg.norm(rows, axis=1, keepdims=True)
 
     def encode_text(self, sentences: Sequence[str]) -> npt.NDArray[np.float64]:
-        """The colour that a sentence names, else grey."""
         named = [[COLORS[w] for w in COLORS if w in s] for s in sentences]
         rows = np.array([n[0] if n else (0.3, 1.0, 0.3) for n in named])
         return rows / np.linalg.norm(rows, axis=1, keepdims=True)
 
     def eye(self, mark: str = "f" * 64) -> ClipModel:
-        """As the rest of the program knows it."""
         return ClipModel("painter.pt", mark, 10.0, self.encode_images, self.encode_text)
 
 
@@ -261,3 +257,53 @@ def test_words_alone_find_by_category_and_colour(tmp_path: Path) -> None:
     assert [hit.id for hit in search_by_words("fruit", place, 5)] == [ball().id]
     assert search_by_words("bicycle", place, 5) == []
     assert tokens("Glasses, 2 red MUGS") == ["glasse", "2", "red", "mug"]
+
+
+def painted(red: float, green: float, blue: float) -> Asset:
+    """The ball in one colour, as displayed, 0..1."""
+    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in (red, green, blue)]
+    asset = ball()
+    looks = tuple(Material(id=m.id, base_color=(*linear, 1.0)) for m in asset.materials)
+    return asset.replace(materials=looks)
+
+
+def printed(*colors: tuple[int, int, int]) -> Asset:
+    pixels = np.repeat(np.array(colors, dtype=np.uint8)[None], 8, axis=0).repeat(8, axis=1)
+    asset = textured_box()
+    skin = texture("stripes", pixels)
+    looks = tuple(Material(id=m.id, base_color=(1.0, 1.0, 1.0, 1.0), base_color_texture=skin) for m in asset.materials)
+    return asset.replace(materials=looks)
+
+
+def test_colours_have_their_names(subtests: pytest.Subtests) -> None:
+    for color, name in [
+        ((0.8, 0.1, 0.1), "red"),
+        ((1.0, 0.5, 0.0), "orange"),
+        ((1.0, 0.9, 0.1), "yellow"),
+        ((0.1, 0.6, 0.2), "green"),
+        ((0.1, 0.7, 0.75), "turquoise"),
+        ((0.1, 0.2, 0.8), "blue"),
+        ((0.5, 0.1, 0.6), "purple"),
+        ((1.0, 0.6, 0.7), "pink"),
+        ((0.4, 0.22, 0.08), "brown"),
+        ((0.87, 0.8, 0.68), "beige"),
+        ((0.5, 0.5, 0.5), "grey"),
+        ((0.05, 0.05, 0.05), "black"),
+        ((0.97, 0.97, 0.97), "white"),
+    ]:
+        with subtests.test(color=color, name=name):
+            assert color_histogram(painted(*color)).names == ((name, 1.0),)
+
+
+def test_pictures_are_looked_up_and_shares_are_by_area() -> None:
+    found = color_histogram(printed((255, 0, 0), (255, 255, 255), (255, 255, 255), (255, 255, 255)))
+    assert [name for name, _ in found.names] == ["white", "red"]
+    assert dict(found.names)["red"] == pytest.approx(0.25, abs=0.03)
+    assert found.stated
+
+
+def test_another_print_is_farther_than_another_order_of_the_same() -> None:
+    one, same = printed((255, 0, 0), (255, 255, 255)), printed((255, 255, 255), (255, 0, 0))
+    other = printed((0, 0, 255), (255, 255, 255))
+    assert color_distance(color_histogram(one), color_histogram(same)) < 1.0
+    assert color_distance(color_histogram(one), color_histogram(other)) > 10.0

@@ -15,7 +15,8 @@ from casa_assets.ingest.run.run import Options, ingest
 from casa_assets.library.entry_table import EntryTable
 from casa_assets.library.library import Library
 from casa_assets.runs.outcome import Event
-from tests.support.library.libraries import BOXES, box_obj, tree
+from tests.support.library.libraries import BOXES, box_obj, put_boxes, tree, write_files
+from tests.support.library.sharded_inputs import SHEET
 
 pytestmark = pytest.mark.content("code", "ingest.run", keep=0)
 
@@ -36,7 +37,6 @@ class Made(NamedTuple):
     wet: list[Event]
 
     def again(self, **options: Any) -> list[tuple[str, str, str]]:
-        """What another run tells."""
         return told(run(self.folder / "in", self.folder / "library", **options))
 
 
@@ -51,11 +51,9 @@ KEPT = [
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> Made:
     folder = tmp_path_factory.mktemp("curation")
-    (folder / "in").mkdir()
-    for name in ("milk_carton", "twin"):
-        (folder / "in" / f"{name}.obj").write_text(box_obj(BOXES["milk_carton"]), encoding="ascii")
-    (folder / "in" / "sheet.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", encoding="ascii")
-    (folder / "in" / "qwxz.obj").write_text(box_obj((0.11, 0.12, 0.13)), encoding="ascii")
+    carton, unknown = box_obj(BOXES["milk_carton"]), box_obj((0.11, 0.12, 0.13))
+    texts = {"milk_carton.obj": carton, "twin.obj": carton, "sheet.obj": SHEET, "qwxz.obj": unknown}
+    write_files(folder / "in", texts)
     before = tree(folder)
     dry = run(folder / "in", folder / "library", dry_run=True)
     assert tree(folder) == before
@@ -131,8 +129,7 @@ def age(folder: Path) -> None:
 
 
 def test_an_input_is_read_again_when_anything_of_it_has_changed(tmp_path: Path, read: list[str]) -> None:
-    source, library = tmp_path / "in", tmp_path / "library"
-    source.mkdir()
+    source, library = put_boxes(tmp_path / "in", "milk_carton"), tmp_path / "library"
     mesh = source / "milk_carton.obj"
     mesh.write_text("mtllib paint.mtl\n" + box_obj(BOXES["milk_carton"]), encoding="ascii")
     age(source)
@@ -154,9 +151,7 @@ def test_an_input_is_read_again_when_anything_of_it_has_changed(tmp_path: Path, 
 
 
 def test_a_table_of_surveys_that_is_none_is_made_anew(tmp_path: Path) -> None:
-    source, library = tmp_path / "in", tmp_path / "library"
-    source.mkdir()
-    (source / "milk_carton.obj").write_text(box_obj(BOXES["milk_carton"]), encoding="ascii")
+    source, library = put_boxes(tmp_path / "in", "milk_carton"), tmp_path / "library"
     run(source, library)
     (Library(library).cache / answers.SURVEYS).write_bytes(b"no table at all" * 100)
     (event,) = run(source, library)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import shutil
 import sqlite3
@@ -25,11 +24,10 @@ from casa_assets.mesh.registration import descriptor_distance
 from casa_assets.model.asset.asset import Asset, ShapeDescriptor
 from casa_assets.model.issue import CheckResult, Status, tally
 from tests.support.library.built_libraries import keep, similar_pairs
+from tests.support.library.libraries import edited
 from tests.unit.library.test_alike import COPY, FIRST, LARGE, OTHER
 
 pytestmark = pytest.mark.content("code", "library", keep=0)
-
-BOOKS = ("library.json", "ATTRIBUTION.md")
 
 
 @pytest.fixture
@@ -75,7 +73,7 @@ def test_the_books_are_those_of_a_library_made_at_once(library: Library, tmp_pat
     write_reports(library)
     at_once = Library(keep(tmp_path / "at_once", [FIRST, LARGE, COPY]))
     write_reports(at_once)
-    for name in BOOKS:
+    for name in ("library.json", "ATTRIBUTION.md"):
         assert (library.root / name).read_bytes() == (at_once.root / name).read_bytes(), name
 
 
@@ -109,21 +107,16 @@ def test_two_out_of_numbers_are_no_pair(
 
 
 def say_producer(library: Library, assets: Iterable[Asset]) -> None:
-    """Let certificates say that a family built these."""
     for asset in assets:
-        path = library.folder("mug", asset.id) / CERTIFICATE
-        data = json.loads(path.read_text(encoding="utf-8"))
-        data["certificate"]["producer"] = "family"
-        path.write_text(json.dumps(data), encoding="utf-8")
+        with edited(library.folder("mug", asset.id) / CERTIFICATE) as data:
+            data["certificate"]["producer"] = "family"
 
 
 def test_results_of_checks_are_kept(library: Library, opened: list[str]) -> None:
-    path = library.folder("mug", FIRST.id) / CERTIFICATE
-    data = json.loads(path.read_text(encoding="utf-8"))
     measured = CheckResult(code="AST001", status=Status.PASSED, number=0.1, limit=1.0, unit="m")
     absent = CheckResult(code="KIN001", status=Status.NOT_APPLICABLE, reason="it has no joint")
-    data["certificate"]["report"]["results"] = [one.model_dump(mode="json") for one in (measured, absent)]
-    path.write_text(json.dumps(data), encoding="utf-8")
+    with edited(library.folder("mug", FIRST.id) / CERTIFICATE) as data:
+        data["certificate"]["report"]["results"] = [one.model_dump(mode="json") for one in (measured, absent)]
     EntryTable(library)
     opened.clear()
     table = EntryTable(library)
@@ -136,10 +129,9 @@ def test_results_of_checks_are_kept(library: Library, opened: list[str]) -> None
 def test_what_was_written_anew_is_read_anew(library: Library) -> None:
     EntryTable(library)
     path = library.folder("mug", FIRST.id) / CERTIFICATE
-    data = json.loads(path.read_text(encoding="utf-8"))
     stamp = path.stat()
-    data["asset"]["provenance"]["title"] = "Another"
-    path.write_text(json.dumps(data), encoding="utf-8")
+    with edited(path) as data:
+        data["asset"]["provenance"]["title"] = "Another"
     os.utime(path, ns=(stamp.st_atime_ns, stamp.st_mtime_ns))
     assert {e.id: e.title for e in EntryTable(library).entries}[FIRST.id] == "Another"
 
@@ -168,24 +160,11 @@ def test_a_table_that_is_none_is_made_anew(library: Library, damage: bytes | Non
 def test_near_forms_of_an_index_are_those_by_pairs(outside: int, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(pairs, "MOST_OUTSIDE", outside)
     rng = np.random.default_rng(5)
-
-    def form(near_to: ShapeDescriptor | None = None) -> ShapeDescriptor:
-        scatter = rng.normal(0.0, 0.02, 51)
-        base = (
-            rng.uniform(0.2, 2.0, 51)
-            if near_to is None
-            else np.array((*near_to.pair_distances, *near_to.center_distances, *near_to.axis_spread))
-        )
-        values = [round(float(v), 4) for v in base + (0 if near_to is None else scatter)]
-        return ShapeDescriptor(
-            radius=0.1,
-            pair_distances=tuple(values[:32]),
-            center_distances=tuple(values[32:48]),
-            axis_spread=(values[48], values[49], values[50]),
-        )
-
-    forms = [form() for _ in range(40)]
-    forms += [form(one) for one in forms]
+    base = rng.uniform(0.2, 2.0, (40, 51))
+    rows = np.concatenate([base, base + rng.normal(0.0, 0.02, base.shape)]).round(4).tolist()
+    names = ("pair_distances", "center_distances", "axis_spread")
+    parts = [dict(zip(names, (tuple(r[:32]), tuple(r[32:48]), tuple(r[48:])), strict=True)) for r in rows]
+    forms = [ShapeDescriptor(radius=0.1, **part) for part in parts]
     table = ShapeIndex()
     for number, one in enumerate(forms):
         table.add(one)

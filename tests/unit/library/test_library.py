@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 
@@ -53,7 +54,6 @@ def refusal(identity: Identity = ONE, category: str = "mug", message: str = "bro
 
 
 def publish(library: Library, *what: Identity | str, **words: str) -> Path:
-    """The folder of a published refusal, see `refusal`."""
     record = refusal(*what, **words)  # type: ignore[arg-type]
     target = library.refusal_folder(record.id)
     library.publish(library.stage_refusal(record), target)
@@ -88,50 +88,44 @@ def test_hostile_words_survive(library: Library) -> None:
     assert utf8_escaped("Tässe") == "Tässe"
 
 
-class TestIds:
-    def test_producers_never_share_one(self) -> None:
-        ids = [identity.asset_id("microwave") for identity in (ONE, OPENED)]
-        assert ids == ["microwave_aaaaaaaaaa", "microwave_articulated_aaaaaaaaaa"]
-        known = registry.load()
-        assert not [name for name in (*known.categories, *known.fixtures) if name.endswith("articulated")]
+def test_producers_never_share_an_id() -> None:
+    ids = [identity.asset_id("microwave") for identity in (ONE, OPENED)]
+    assert ids == ["microwave_aaaaaaaaaa", "microwave_articulated_aaaaaaaaaa"]
+    known = registry.load()
+    assert not [name for name in (*known.categories, *known.fixtures) if name.endswith("articulated")]
 
 
-class TestPublish:
-    def test_what_the_producer_made_under_another_category_goes(self, library: Library) -> None:
+def test_an_entry_goes_that_the_producer_made_under_another_category(library: Library) -> None:
+    publish(library, ONE, "bowl")
+    target = publish(library, ONE, "mug")
+    assert list(library.refused()) == [target]
+    assert list(library.staging.iterdir()) == []
+
+
+def test_what_another_producer_made_and_another_input_with_the_same_first_digits_stay(library: Library) -> None:
+    opened, other = publish(library, OPENED, "bowl"), publish(library, OTHER, "bowl", message="of the other")
+    own = publish(library, ONE, "mug")
+    assert set(library.refused()) == {own, opened, other}
+    again = publish(library, OPENED, "mug")
+    assert set(library.refused()) == {own, again, other}
+    with pytest.raises(OutputError, match="what ingest made of another input"):
         publish(library, ONE, "bowl")
-        target = publish(library, ONE, "mug")
-        assert list(library.refused()) == [target]
-        assert list(library.staging.iterdir()) == []
+    assert read_refusal(other).message == "of the other"
 
-    def test_what_another_producer_made_and_another_input_with_the_same_first_digits_stay(
-        self, library: Library
-    ) -> None:
-        opened, other = publish(library, OPENED, "bowl"), publish(library, OTHER, "bowl")
-        own = publish(library, ONE, "mug")
-        assert set(library.refused()) == {own, opened, other}
-        again = publish(library, OPENED, "mug")
-        assert set(library.refused()) == {own, again, other}
 
-    def test_the_place_of_another_input_is_not_taken(self, library: Library) -> None:
-        other = publish(library, OTHER, message="of the other")
-        with pytest.raises(OutputError, match="what ingest made of another input"):
-            publish(library, ONE)
-        assert read_refusal(other).message == "of the other"
-
-    def test_an_entry_is_there_at_every_moment(self, library: Library, monkeypatch: pytest.MonkeyPatch) -> None:
-        """The old one is taken away after the new one has its place: whatever stops the run, one of them is there."""
-        publish(library, ONE, "bowl")
-        monkeypatch.setattr(library, "forget", lambda folder: (_ for _ in ()).throw(KeyboardInterrupt))
-        with pytest.raises(KeyboardInterrupt):
-            publish(library, ONE, "mug")
-        assert [folder.name[:4] for folder in library.entries_of(ONE)] == ["bowl", "mug_"]
-
-    def test_a_folder_is_exchanged_and_never_gone(self, library: Library, monkeypatch: pytest.MonkeyPatch) -> None:
-        publish(library, message="old")
-        renamed: list[Path] = []
-        monkeypatch.setattr(Path, "rename", lambda self, target: renamed.append(self))
+def test_an_entry_is_there_at_every_moment(library: Library, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The old one is taken away, or exchanged, after the new one has its place: whatever stops the run."""
+    publish(library, message="old")
+    with monkeypatch.context() as patch:
+        rename = Mock()
+        patch.setattr(Path, "rename", rename)
         assert read_refusal(publish(library, message="new")).message == "new"
-        assert renamed == [], "two renames would leave a moment without an entry"
+        assert not rename.called, "two renames would leave a moment without an entry"
+    publish(library, ONE, "bowl")
+    monkeypatch.setattr(library, "forget", Mock(side_effect=KeyboardInterrupt))
+    with pytest.raises(KeyboardInterrupt):
+        publish(library, ONE, "mug")
+    assert [folder.name[:4] for folder in library.entries_of(ONE)] == ["bowl", "mug_"]
 
 
 def test_a_worse_result_replaces_nothing(subtests: pytest.Subtests) -> None:

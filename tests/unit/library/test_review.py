@@ -14,7 +14,7 @@ from casa_assets.library.library import Library
 from casa_assets.library.review import NAME, read_overrides, write
 from casa_assets.model.source import UpAxis, UserOverride
 from casa_assets.runs.outcome import Event
-from tests.support.library.libraries import BOXES, box_obj
+from tests.support.library.libraries import BOXES, box_obj, write_files
 
 pytestmark = pytest.mark.content("code", "library", keep=0)
 
@@ -47,8 +47,7 @@ def only(folder: Path) -> Entry:
 def unknown(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with `in`, a box of which nobody says what it is, and `library`, made of it."""
     folder = tmp_path_factory.mktemp("unknown")
-    (folder / "in").mkdir()
-    (folder / "in" / "qwxz.obj").write_text(box_obj(BOXES["milk_carton"]), encoding="ascii")
+    write_files(folder / "in", {"qwxz.obj": box_obj(BOXES["milk_carton"])})
     assert [e.kind for e in run(folder)] == ["review"]
     return folder
 

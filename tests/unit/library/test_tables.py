@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import pyarrow.parquet
 import pytest
@@ -15,13 +16,7 @@ from casa_assets.errors import CasaError, OutputError
 from casa_assets.library import parquet
 from casa_assets.library.entry import Entry
 from casa_assets.library.library import Library
-from casa_assets.library.search import (
-    BadCondition,
-    Condition,
-    meets,
-    parse_condition,
-    with_default,
-)
+from casa_assets.library.search import BadCondition, Condition, meets, parse_condition, with_default
 from tests.support.asset.assets import ball, rigid_mug
 from tests.support.library.built_libraries import keep
 from tests.support.library.synthetic_entries import synthetic_entries
@@ -107,100 +102,94 @@ def files(folder: Path) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()}
 
 
-class TestParts:
-    """Two libraries of real folders."""
+@pytest.fixture
+def libraries(tmp_path: Path) -> list[Library]:
+    assets = {"a": rigid_mug(), "b": ball()}
+    return [Library(keep(tmp_path / name / "library", [asset])) for name, asset in assets.items()]
 
-    @pytest.fixture
-    def libraries(self, tmp_path: Path) -> list[Library]:
-        assets = {"a": rigid_mug(), "b": ball()}
-        return [Library(keep(tmp_path / name / "library", [asset])) for name, asset in assets.items()]
 
-    def test_same_entries_same_bytes(self, libraries: list[Library], tmp_path: Path) -> None:
-        parquet.write_index(libraries, tmp_path / "tables")
-        first = files(tmp_path / "tables")
-        assert len(first) == 3
-        schema = pyarrow.parquet.read_schema(next((tmp_path / "tables").glob("*.parquet")))
-        types = {field.name: str(field.type) for field in schema}
-        assert list(types) == [*parquet.COLUMNS, "library"]
-        assert (types["mass_kg"], types["faces"], types["message"]) == ("double", "int64", "string")
-        parquet.write_index(libraries[::-1], tmp_path / "tables", force=True)
-        assert files(tmp_path / "tables") == first
-        rows = {row["id"]: row["library"] for row in rows_in(tmp_path / "tables")}
-        assert rows == {rigid_mug().id: "../a/library", ball().id: "../b/library"}
+def test_same_entries_same_bytes(libraries: list[Library], tmp_path: Path) -> None:
+    parquet.write_index(libraries, tmp_path / "tables")
+    first = files(tmp_path / "tables")
+    assert len(first) == 3
+    schema = pyarrow.parquet.read_schema(next((tmp_path / "tables").glob("*.parquet")))
+    types = {field.name: str(field.type) for field in schema}
+    assert list(types) == [*parquet.COLUMNS, "library"]
+    assert (types["mass_kg"], types["faces"], types["message"]) == ("double", "int64", "string")
+    parquet.write_index(libraries[::-1], tmp_path / "tables", force=True)
+    assert files(tmp_path / "tables") == first
+    rows = {row["id"]: row["library"] for row in rows_in(tmp_path / "tables")}
+    assert rows == {rigid_mug().id: "../a/library", ball().id: "../b/library"}
 
-    def test_what_did_not_change_is_kept(self, libraries: list[Library], tmp_path: Path) -> None:
-        tables = tmp_path / "tables"
+
+def test_what_did_not_change_is_kept(libraries: list[Library], tmp_path: Path) -> None:
+    tables = tmp_path / "tables"
+    assert parquet.write_index(libraries, tables).kept == ()
+    read: list[str] = []
+
+    def noted(library: Library) -> Iterator[Entry]:
+        read.append(library.root.parent.name)
+        return parquet.stream_entries(library)
+
+    assert parquet.write_index(libraries, tables, entries_of=noted).kept == ("../a/library", "../b/library")
+    keep(libraries[1].root, [rigid_mug()])
+    assert parquet.write_index(libraries, tables, entries_of=noted).kept == ("../a/library",)
+    assert read == ["b"]
+    assert Counter(row["library"] for row in rows_in(tables)) == {"../a/library": 1, "../b/library": 2}
+    assert len(list(tables.glob("*.parquet"))) == 2, "the part of before has gone"
+    next(tables.glob("*.parquet")).unlink()
+    parquet.write_index(libraries, tables)
+    assert len(rows_in(tables)) == 3, "a part that is missing is written again"
+
+
+def test_killed_before_the_end_it_is_what_it_was(
+    libraries: list[Library], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    parquet.write_index(libraries[:1], tmp_path / "tables")
+    with monkeypatch.context() as patch:
+        patch.setattr(parquet, "_publish", Mock(side_effect=KeyboardInterrupt))
+        with pytest.raises(KeyboardInterrupt):
+            parquet.write_index(libraries, tmp_path / "tables")
+    assert [row["id"] for row in rows_in(tmp_path / "tables")] == [rigid_mug().id]
+    parquet.write_index(libraries, tmp_path / "tables")
+    assert len(rows_in(tmp_path / "tables")) == 2
+
+
+def test_large_parts_are_divided_and_sorted(
+    libraries: list[Library], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(parquet, "PART_ROWS", 1_000)
+    monkeypatch.setattr(parquet, "GROUP_ROWS", 200)
+    tables = tmp_path / "tables"
+    written = parquet.write_index(libraries[:1], tables, entries_of=lambda _: synthetic_entries(2_500))
+    (one,) = written.index.libraries
+    assert [part.rows for part in one.parts] == [1_000, 1_000, 500]
+    file = pyarrow.parquet.ParquetFile(tables / one.parts[0].name)
+    assert file.metadata.num_row_groups == 5
+    found = [(row["category"], row["id"]) for row in rows_in(tables)]
+    keys = [key for i in range(0, 2_500, 1_000) for key in sorted(found[i : i + 1_000])]
+    assert found == keys  # each part is sorted
+    assert len(keys) == 2_500
+
+
+def test_what_is_wrong_is_told(libraries: list[Library], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    tables = tmp_path / "tables"
+    with pytest.raises(OutputError, match="one library twice"):
+        parquet.write_index([libraries[0], libraries[0]], tables)
+    with Library(tables).locked(), pytest.raises(OutputError, match="another run is writing"):
+        parquet.write_index(libraries, tables)
+    absent = Mock(side_effect=CasaError("pyarrow is missing"))
+    monkeypatch.setattr(parquet, "require", absent)
+    with pytest.raises(CasaError, match="pyarrow is missing"):
+        parquet.write_index(libraries, tables)
+    assert {*absent.call_args.args, *absent.call_args.kwargs.values()} == {"pyarrow", "parquet", "Parquet"}
+
+
+def test_a_damaged_table_is_written_again(libraries: list[Library], tmp_path: Path) -> None:
+    tables = tmp_path / "tables"
+    parquet.write_index(libraries, tables)
+    before = files(tables)
+    for text in ("", "{}", before["index.json"].decode().replace("a/library", "c/library"), '{"columns": ["id"]}'):
+        (tables / "index.json").write_text(text, encoding="utf-8")
         assert parquet.write_index(libraries, tables).kept == ()
-        read: list[str] = []
-
-        def noted(library: Library) -> Iterator[Entry]:
-            read.append(library.root.parent.name)
-            return parquet.stream_entries(library)
-
-        assert parquet.write_index(libraries, tables, entries_of=noted).kept == ("../a/library", "../b/library")
-        keep(libraries[1].root, [rigid_mug()])
-        assert parquet.write_index(libraries, tables, entries_of=noted).kept == ("../a/library",)
-        assert read == ["b"]
-        assert Counter(row["library"] for row in rows_in(tables)) == {"../a/library": 1, "../b/library": 2}
-        assert len(list(tables.glob("*.parquet"))) == 2, "the part of before has gone"
-        next(tables.glob("*.parquet")).unlink()
-        parquet.write_index(libraries, tables)
-        assert len(rows_in(tables)) == 3, "a part that is missing is written again"
-
-    def test_killed_before_the_end_it_is_what_it_was(
-        self, libraries: list[Library], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
-        class Killed(BaseException):
-            """As if the process had ended."""
-
-        def killed(*_: object) -> None:
-            raise Killed
-
-        parquet.write_index(libraries[:1], tmp_path / "tables")
-        with monkeypatch.context() as patch:
-            patch.setattr(parquet, "_publish", killed)
-            with pytest.raises(Killed):
-                parquet.write_index(libraries, tmp_path / "tables")
-        assert [row["id"] for row in rows_in(tmp_path / "tables")] == [rigid_mug().id]
-        parquet.write_index(libraries, tmp_path / "tables")
-        assert len(rows_in(tmp_path / "tables")) == 2
-
-    def test_large_parts_are_divided_and_sorted(
-        self, libraries: list[Library], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
-        monkeypatch.setattr(parquet, "PART_ROWS", 1_000)
-        monkeypatch.setattr(parquet, "GROUP_ROWS", 200)
-        tables = tmp_path / "tables"
-        written = parquet.write_index(libraries[:1], tables, entries_of=lambda _: synthetic_entries(2_500))
-        (one,) = written.index.libraries
-        assert [part.rows for part in one.parts] == [1_000, 1_000, 500]
-        file = pyarrow.parquet.ParquetFile(tables / one.parts[0].name)
-        assert file.metadata.num_row_groups == 5
-        found = [(row["category"], row["id"]) for row in rows_in(tables)]
-        keys = [key for i in range(0, 2_500, 1_000) for key in sorted(found[i : i + 1_000])]
-        assert found == keys  # each part is sorted
-        assert len(keys) == 2_500
-
-    def test_what_is_wrong_is_told(
-        self, libraries: list[Library], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
-        def absent(module: str, extra: str, purpose: str) -> None:
-            raise CasaError(f"{purpose} needs {module}: {extra}")
-
-        tables = tmp_path / "tables"
-        with pytest.raises(OutputError, match="one library twice"):
-            parquet.write_index([libraries[0], libraries[0]], tables)
-        with Library(tables).locked(), pytest.raises(OutputError, match="another run is writing"):
-            parquet.write_index(libraries, tables)
-        monkeypatch.setattr(parquet, "require", absent)
-        with pytest.raises(CasaError, match="Parquet needs pyarrow: parquet"):
-            parquet.write_index(libraries, tables)
-
-    def test_a_damaged_table_is_written_again(self, libraries: list[Library], tmp_path: Path) -> None:
-        tables = tmp_path / "tables"
-        parquet.write_index(libraries, tables)
-        before = files(tables)
-        for text in ("", "{}", before["index.json"].decode().replace("a/library", "c/library"), '{"columns": ["id"]}'):
-            (tables / "index.json").write_text(text, encoding="utf-8")
-            assert parquet.write_index(libraries, tables).kept == ()
-            assert files(tables) == before
+        assert files(tables) == before

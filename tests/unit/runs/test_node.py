@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from unittest.mock import Mock
 
 import pytest
 
@@ -39,38 +39,28 @@ def test_a_job_answers_and_its_faults_are_its_own(order: Order) -> None:
     assert node.work(order, ("answer", "still")) == "STILL"
 
 
-@pytest.mark.parametrize(
-    ("changed", "message"),
-    [
+def test_an_unfit_machine_is_refused(order: Order) -> None:
+    for changed, message in [
         ({"version": "another"}, "another version"),
         ({"marker": Path("/nowhere/elsewhere/marker")}, "does not see /nowhere/elsewhere"),
         ({"folder": Path("/nowhere/away")}, "working folder /nowhere/away"),
-    ],
-)
-def test_an_unfit_machine_is_refused(order: Order, changed: dict[str, Any], message: str) -> None:
-    found = node.work(replace(order, **changed), ("answer", "word"))
-    assert isinstance(found, Unfit)
-    assert message in found.message
+    ]:
+        found = node.work(replace(order, **changed), ("answer", "word"))
+        assert isinstance(found, Unfit)
+        assert message in found.message
 
 
-@pytest.mark.parametrize("free", [[0], [10**9, 0]], ids=["before", "afterwards"])
-def test_a_full_disk_is_told_in_place_of_an_answer(
-    order: Order, monkeypatch: pytest.MonkeyPatch, free: list[int]
-) -> None:
-    left = iter(free)
-    monkeypatch.setattr(limits.shutil, "disk_usage", lambda _: SimpleNamespace(free=next(left)))
+def test_a_full_disk_is_told_in_place_of_an_answer(order: Order, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Before the job or after it; where there is no folder for temporary files, too."""
     monkeypatch.setattr(node, "_node_id", lambda: "this one")
-    found = node.work(order, ("answer", "word"))
-    assert isinstance(found, Full)
-    assert found.node == "this one"
-    assert "0.0 MB are free, jobs need 64 MB; make room, or set TMPDIR" in found.message
-
-
-def test_no_folder_for_temporary_files_is_a_full_disk(monkeypatch: pytest.MonkeyPatch) -> None:
-    def refuse() -> str:
-        raise FileNotFoundError(2, "No usable temporary directory found")
-
-    monkeypatch.setattr(limits.tempfile, "gettempdir", refuse)
+    for free in ([0], [10**9, 0]):
+        monkeypatch.setattr(limits.shutil, "disk_usage", Mock(side_effect=[SimpleNamespace(free=n) for n in free]))
+        found = node.work(order, ("answer", "word"))
+        assert isinstance(found, Full)
+        assert found.node == "this one"
+        assert "0.0 MB are free, jobs need 64 MB; make room, or set TMPDIR" in found.message
+    refused = FileNotFoundError(2, "No usable temporary directory found")
+    monkeypatch.setattr(limits.tempfile, "gettempdir", Mock(side_effect=refused))
     assert "No usable temporary directory found" in str(limits.full_disk())
 
 

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from casa_assets.runs import limits
 from casa_assets.runs.limits import Limits, WorkerFailure, WorkerPlan, available, plan_workers
 from casa_assets.runs.pool import Pool
 from casa_assets.runs.server import OOM_SCORE
+from tests.support.library.libraries import write_files
 
 pytestmark = pytest.mark.content("code", "runs", keep=0)
 
@@ -39,19 +41,11 @@ def run(pool: Pool, *jobs: tuple[str, str]) -> list[Any]:
     return [answer for _, answer in sorted(answers, key=lambda pair: pair[0])]
 
 
-def is_alive(pid: int) -> bool:
-    """Whether a process runs (a zombie does not)."""
-    try:
-        state = Path(f"/proc/{pid}/stat").read_text(encoding="ascii").rpartition(")")[2].split()[0]
-    except FileNotFoundError:
-        return False
-    return state not in "ZX"
-
-
 def wait_until_gone(pid: int) -> None:
-    """Return once a process has ended; a test that waits for ever has failed."""
-    while is_alive(pid):
-        time.sleep(0.01)
+    """Return once a process has ended (a zombie has); a test that waits for ever has failed."""
+    with suppress(FileNotFoundError):
+        while Path(f"/proc/{pid}/stat").read_text(encoding="ascii").rpartition(")")[2].split()[0] not in "ZX":
+            time.sleep(0.01)
 
 
 def test_answers_belong_to_their_jobs(pool: Pool) -> None:
@@ -61,9 +55,7 @@ def test_answers_belong_to_their_jobs(pool: Pool) -> None:
     assert run(pool, ("nothing", ""), ("large", "x")) == [None, b"x" * 5_000_000]
     (died,) = run(pool, ("raise", "7"))
     assert "in _raise" in died.trace
-
-
-def test_a_worker_is_known_has_one_thread_and_is_ended_before_the_run(pool: Pool) -> None:
+    # A worker is known, has one thread and is ended before the run.
     own = int(Path("/proc/self/oom_score_adj").read_text(encoding="ascii"))
     jobs = [("is_worker", ""), ("threads", ""), ("oom_score", "")]
     assert run(pool, *jobs) == [True, "1", max(own, OOM_SCORE)]
@@ -194,14 +186,9 @@ def test_free_memory_is_that_of_the_machine_and_of_its_groups(
     ]:
         with subtests.test(files=files, free=free):
             tmp_path = tmp_path_factory.mktemp("case")
-            (tmp_path / "proc" / "self").mkdir(parents=True)
-            (tmp_path / "proc" / "meminfo").write_text("MemTotal: 16 kB\nMemAvailable:   8 kB\n", encoding="ascii")
-            groups = "4:cpu:/a\n3:memory:/a\n0::/group\n"
-            (tmp_path / "proc" / "self" / "cgroup").write_text(groups, encoding="ascii")
-            for name, text in files.items():
-                path = tmp_path / "groups" / name
-                path.parent.mkdir(parents=True, exist_ok=True)
-                path.write_text(text + "\n", encoding="ascii")
+            memory, groups = "MemTotal: 16 kB\nMemAvailable:   8 kB\n", "4:cpu:/a\n3:memory:/a\n0::/group\n"
+            write_files(tmp_path / "proc", {"meminfo": memory, "self/cgroup": groups})
+            write_files(tmp_path / "groups", {name: f"{text}\n" for name, text in files.items()})
             assert available(tmp_path / "proc", tmp_path / "groups") == free
 
 

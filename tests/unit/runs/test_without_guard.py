@@ -6,13 +6,14 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 
 from casa_assets.families import build as run
 from casa_assets.families.build import FamilyRequest
 from casa_assets.runs import engine as batch
-from tests.support.library.libraries import BOXES, ROOT, box_obj
+from tests.support.library.libraries import ROOT, put_boxes, ran
 
 pytestmark = [pytest.mark.slow, pytest.mark.content("code", "runs", keep=0)]
 
@@ -42,22 +43,15 @@ assert all(s.passed for s in build_scenes(kitchens, Path("scenes"), 2, BuildOpti
 
 @pytest.mark.parametrize("started", ["file", "text"])
 def test_a_script_without_a_guard(started: str, tmp_path: Path) -> None:
-    (tmp_path / "mesh").mkdir()
-    (tmp_path / "mesh" / "milk_carton.obj").write_text(box_obj(BOXES["milk_carton"]), encoding="ascii")
+    put_boxes(tmp_path / "mesh", "milk_carton")
     (tmp_path / "script.py").write_text(SCRIPT, encoding="ascii")
     words = ["script.py"] if started == "file" else ["-c", TEXT]
     environment = {**os.environ, "PYTHONPATH": os.environ.get("PYTHONPATH", str(ROOT))}
-    done = subprocess.run(
-        [sys.executable, *words], cwd=tmp_path, env=environment, capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stderr
+    ran(sys.executable, *words, cwd=tmp_path, env=environment)
     assert (tmp_path / "started").read_text(encoding="ascii") == "once\n"
 
 
 def test_one_thing_starts_no_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def refused(*_: object, **__: object) -> None:
-        raise AssertionError("a process was started")
-
     for module, name in ((subprocess, "Popen"), (os, "fork"), (batch, "open_engine")):
-        monkeypatch.setattr(module, name, refused)
+        monkeypatch.setattr(module, name, Mock(side_effect=AssertionError("a process was started")))
     assert run.build_one(FamilyRequest("vase"), tmp_path, drawn=False).passed

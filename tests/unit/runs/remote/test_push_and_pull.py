@@ -1,22 +1,37 @@
-"""A library is the same on a store and back, whatever fails in between, and readers find whole entries alone."""
+"""A library is the same on a store and back, also that of a run, whatever fails; readers find whole entries alone."""
 
 from __future__ import annotations
 
 import hashlib
+import itertools
 import json
 import shutil
-from collections.abc import Iterator
+import time
+from collections.abc import Generator
 from pathlib import Path
 
 import pytest
 
 from casa_assets.errors import OutputError
 from casa_assets.library import remote_folder, review
+from casa_assets.library.entry_files import CERTIFICATE, REFUSAL
+from casa_assets.library.entry_table import EntryTable
 from casa_assets.library.library import Library
 from casa_assets.library.remote_folder import WriterLock
-from casa_assets.runs.remote import UNFINISHED, Change, Extra, RemoteLibrary, pull, push
+from casa_assets.runs.outcome import Event
+from casa_assets.runs.remote import (
+    UNFINISHED,
+    Change,
+    Extra,
+    RemoteLibrary,
+    StoredRun,
+    books_at,
+    manifest_name,
+    pull,
+    push,
+)
 from tests.support.library.faulty_stores import ROOT, FaultyStore, Killed
-from tests.support.library.libraries import entries_of
+from tests.support.library.libraries import BOXES, edited, entries_of
 from tests.support.library.sharded_inputs import public_differences
 
 URL = "memory://someone:secret@library"
@@ -57,7 +72,6 @@ def kinds(changes: list[Change]) -> set[str]:
 
 
 def public(store: FaultyStore) -> dict[str, bytes]:
-    """What a reader may see of a store."""
     return {path: data for path, data in store.content.items() if not path.startswith(".casa/")}
 
 
@@ -88,24 +102,22 @@ def broken_entries(content: dict[str, bytes]) -> list[str]:
 def change_entry(library: Library) -> Path:
     """Another version of the first accepted asset: a model with one more line, and one more file."""
     folder = next(library.accepted())
-    data = json.loads((folder / "asset.json").read_text(encoding="utf-8"))
     text = (folder / "model.xml").read_text(encoding="utf-8") + "<!-- another version -->\n"
     (folder / "model.xml").write_text(text, encoding="utf-8")
     (folder / "notes.txt").write_text("new", encoding="utf-8")
-    data["certificate"]["files"]["model.xml"] = hashlib.sha256(text.encode()).hexdigest()
-    data["certificate"]["files"]["notes.txt"] = hashlib.sha256(b"new").hexdigest()
-    (folder / "asset.json").write_text(json.dumps(data, sort_keys=True, indent=1) + "\n", encoding="utf-8")
+    with edited(folder / "asset.json") as data:
+        data["certificate"]["files"]["model.xml"] = hashlib.sha256(text.encode()).hexdigest()
+        data["certificate"]["files"]["notes.txt"] = hashlib.sha256(b"new").hexdigest()
     return folder
 
 
 def remove_last(library: Library) -> Path:
-    """Remove the last accepted asset; returns its folder."""
     folder = list(library.accepted())[-1]
     library.forget(folder)
     return folder
 
 
-def test_a_library_goes_there_and_back(library: Library, tmp_path: Path) -> None:
+def test_a_library_goes_there_and_back_and_nothing_is_sent_twice(library: Library, tmp_path: Path) -> None:
     store = FaultyStore()
     assert kinds(pushed(library, store)) == {"copied"}
     assert public(store) == files_of(library)
@@ -114,12 +126,6 @@ def test_a_library_goes_there_and_back(library: Library, tmp_path: Path) -> None
     assert kinds(pulled(store, other)) == {"copied"}
     assert public_differences(other.root, library.root) == []
     assert len(entries_of(other.root)) == len(entries_of(library.root)) > 4
-
-
-def test_what_is_there_is_not_sent_again(library: Library, tmp_path: Path) -> None:
-    store, other = FaultyStore(), Library(tmp_path / "other")
-    pushed(library, store)
-    pulled(store, other)
     store.changes.clear()
     assert kinds(pushed(library, store)) == {"kept"}
     assert {path for _, path in store.changes} == {UNFINISHED}
@@ -127,45 +133,39 @@ def test_what_is_there_is_not_sent_again(library: Library, tmp_path: Path) -> No
 
 
 def test_a_store_on_a_disk_is_a_library(library: Library, tmp_path: Path) -> None:
-    for number in range(2):
-        if number:
-            change_entry(library)
-            remove_last(library)
+    for _ in range(2):
         remote = RemoteLibrary.open(f"file://{tmp_path}/shared/store")
         with library.locked():
             list(push(library, remote, WriterLock(remote), Extra.REMOVE))
         assert public_differences(tmp_path / "shared" / "store", library.root) == []
+        change_entry(library)
+        remove_last(library)
     assert list((tmp_path / "shared").rglob("*.part")) == []
 
 
 def test_a_push_that_is_killed_at_any_request_is_finished_by_the_next(library: Library) -> None:
     """First of a new library, then of one entry that has changed, and one that is gone."""
-    store, requests = FaultyStore(), 0
-    before = files_of(library)
-    for is_second in (False, True):
-        if is_second:
-            change_entry(library)
-            remove_last(library)
-        number = 0
-        while True:
-            fresh = FaultyStore()
-            for path, data in before.items() if is_second else ():
-                fresh.pipe_file(f"{ROOT}/{path}", data)
-            fresh.killed_after = number
+    requests, before = 0, dict[str, bytes]()
+    for _ in range(2):
+        for number in itertools.count():
+            store = FaultyStore()
+            for path, data in before.items():
+                store.pipe_file(f"{ROOT}/{path}", data)
+            store.killed_after = number
             try:
-                pushed(library, fresh, Extra.REMOVE)
+                pushed(library, store, Extra.REMOVE)
                 break
             except Killed:
                 pass
-            fresh.revive()
-            assert broken_entries(public(fresh)) == [], number
-            pushed(library, fresh, Extra.REMOVE)
-            assert public(fresh) == files_of(library), number
-            number += 1
-        requests += number
-        store = fresh
+            store.revive()
+            assert broken_entries(public(store)) == [], number
+            pushed(library, store, Extra.REMOVE)
+            assert public(store) == files_of(library), number
+        assert public(store) == files_of(library)
+        requests, before = requests + number, files_of(library)
+        change_entry(library)
+        remove_last(library)
     assert requests > 40
-    assert public(store) == files_of(library)
 
 
 def test_errors_are_repeated_and_writes_compared(library: Library, tmp_path: Path) -> None:
@@ -196,15 +196,12 @@ def test_listings_that_lag_behind_lose_nothing(library: Library, tmp_path: Path)
     assert public_differences(other.root, library.root) == []
 
 
-def test_a_store_that_never_answers_is_told_with_its_address(library: Library) -> None:
+def test_a_store_that_never_answers_or_keeps_other_bytes_is_told_with_its_address(library: Library) -> None:
     store = FaultyStore()
     store.fails = lambda _name, _number: True
     with pytest.raises(OutputError, match=r"memory://library: does not answer: .*on fire; run again when it does"):
         pushed(library, store, patience_s=0.05)
-
-
-def test_a_store_that_keeps_other_bytes_is_told(library: Library) -> None:
-    store = FaultyStore()
+    store.revive()
     store.cuts = lambda path, _number: path.endswith(".xml")
     with pytest.raises(OutputError, match=r"keeps other bytes of .*\.xml than were sent, 3 times"):
         pushed(library, store)
@@ -219,10 +216,8 @@ def test_a_damaged_entry_is_told_and_all_others_are_copied(library: Library, tmp
     with pytest.raises(OutputError, match=rf"1 of \d entries could not be copied:\n  .*{folder.name}"):
         pushed(library, store)
     assert UNFINISHED in store.content
-    assert (
-        len([path for path in public(store) if path.endswith(("asset.json", "reject.json"))])
-        == len(entries_of(library.root)) - 1
-    )
+    manifests = [path for path in public(store) if path.endswith((CERTIFICATE, REFUSAL))]
+    assert len(manifests) == len(entries_of(library.root)) - 1
     (folder / "model.xml").write_bytes(whole)
     pushed(library, store)
     assert public(store) == files_of(library)
@@ -296,7 +291,7 @@ def test_an_unfinished_library_is_not_pulled_unasked(library: Library, tmp_path:
 
 def test_no_decision_is_lost_unasked(library: Library, tmp_path: Path) -> None:
     store, other = FaultyStore(), Library(tmp_path / "other")
-    entry, second = list(review_entries(library))[:2]
+    entry, second = list(EntryTable(library, read_only=True).entries)[:2]
     pushed(library, store)
     pulled(store, other)
     with library.locked():
@@ -317,12 +312,6 @@ def test_no_decision_is_lost_unasked(library: Library, tmp_path: Path) -> None:
     assert public_differences(other.root, library.root) == []
 
 
-def review_entries(library: Library) -> Iterator[object]:
-    from casa_assets.library.entry_table import EntryTable
-
-    return iter(EntryTable(library, read_only=True).entries)
-
-
 @pytest.mark.parametrize("name", ["../../stolen.txt", "/tmp/stolen.txt", "a\\b", "", "asset.json", "a/../b"])
 def test_a_store_of_a_stranger_writes_nowhere_else(library: Library, tmp_path: Path, name: str) -> None:
     store, other = FaultyStore(), Library(tmp_path / "deep" / "other")
@@ -340,3 +329,103 @@ def test_a_store_of_a_stranger_writes_nowhere_else(library: Library, tmp_path: P
         pulled(store, other)
     assert not (other.root / folder.parent.name / folder.name).exists()
     assert {p for p in tmp_path.rglob("*") if not p.is_relative_to(other.root)} - {other.root.parent} == before
+
+
+def ingested(made: Path, library: Path) -> Generator[Event, None, None]:
+    """What `ingest` does where all its work was done before: publishes the entries that are missing, then the books.
+
+    Args:
+        made: library that a run has made.
+    """
+    place = Library(library)
+    with place.locked():
+        place.sweep()
+        folders = [path.parent for name in (CERTIFICATE, REFUSAL) for path in sorted(made.glob(f"*/*/{name}"))]
+        for folder in folders:
+            target = library / folder.parent.name / folder.name
+            is_new = not target.exists()
+            if is_new:
+                place.publish(shutil.copytree(folder, place.stage(folder.name), dirs_exist_ok=True), target)
+            yield Event("accepted" if is_new else "kept", len(folders), folder.name, folder=target)
+        for name, book in books_at(made).items():
+            shutil.copy(book, library / name)
+
+
+def begun(library: Path, store: FaultyStore, patience_s: float = 5.0) -> StoredRun:
+    """A run that has fetched what the store has; what holds the store is tried elsewhere."""
+    remote = remote_on(store, patience_s)
+    stored = StoredRun(Library(library), remote, WriterLock(remote))
+    list(stored.fetch())
+    return stored
+
+
+def run(made: Path, library: Path, store: FaultyStore) -> list[Event]:
+    stored = begun(library, store)
+    events = list(stored.sending(ingested(made, library)))
+    list(stored.finish())
+    return events
+
+
+def test_a_run_begins_with_what_the_store_has(boxes: Path, tmp_path: Path) -> None:
+    store, made = FaultyStore(), boxes / "library"
+    assert {event.kind for event in run(made, tmp_path / "one", store)} == {"accepted"}
+    assert public(store) == files_of(Library(made))
+    assert UNFINISHED not in store.content
+    assert {event.kind for event in run(made, tmp_path / "two", store)} == {"kept"}
+    assert public_differences(tmp_path / "two", made) == []
+
+
+def test_what_a_run_removes_is_removed_from_the_store(boxes: Path, tmp_path: Path) -> None:
+    store, library = FaultyStore(), Library(tmp_path / "one")
+    run(boxes / "library", library.root, store)
+    stored = begun(library.root, store)
+    library.forget(next(library.accepted()))
+    library.forget(next(library.refused()))
+    list(stored.finish())
+    assert public(store) == files_of(library)
+    assert len(list(library.accepted())) == len(BOXES) - 1
+
+
+def test_entries_are_sent_while_the_run_goes_on(boxes: Path, tmp_path: Path) -> None:
+    store = FaultyStore()
+    stored = begun(tmp_path / "one", store)
+    for number, event in enumerate(stored.sending(ingested(boxes / "library", tmp_path / "one"))):
+        assert event.folder is not None
+        manifest = f"{event.folder.parent.name}/{event.folder.name}/{manifest_name(f'{event.folder.parent.name}/x')}"
+        give_up = time.monotonic() + 30
+        while manifest not in store.content and time.monotonic() < give_up:
+            time.sleep(0.005)
+        assert broken_entries(public(store)) == []
+        assert len([path for path in store.content if path.endswith((CERTIFICATE, REFUSAL))]) == number + 1
+    assert UNFINISHED in store.content
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
+def test_a_run_that_is_killed_at_any_request_is_finished_by_the_next(boxes: Path, tmp_path: Path) -> None:
+    for number in itertools.count(step=5):
+        store, library = FaultyStore(), tmp_path / str(number)
+        store.killed_after = number
+        try:
+            run(boxes / "library", library, store)
+            break
+        except Killed:
+            pass
+        store.revive()
+        assert broken_entries(public(store)) == [], number
+        run(boxes / "library", library, store)
+        assert public_differences(library, boxes / "library") == [], number
+        assert public(store) == files_of(Library(boxes / "library")), number
+    assert number >= 30
+
+
+def test_a_store_that_is_away_delays_what_is_sent_and_not_the_run(boxes: Path, tmp_path: Path) -> None:
+    store = FaultyStore()
+    stored = begun(tmp_path / "one", store, 0.05)
+    for _ in stored.sending(ingested(boxes / "library", tmp_path / "one")):
+        store.fails = lambda _name, _number: True
+    with pytest.raises(OutputError, match="does not answer"):
+        list(stored.finish())
+    assert public_differences(tmp_path / "one", boxes / "library") == []
+    store.revive()
+    run(boxes / "library", tmp_path / "one", store)
+    assert public(store) == files_of(Library(boxes / "library"))

@@ -1,16 +1,22 @@
-"""Planted faults: each applies once and compiles, the nearest tests come first, and a run ends at the first failure."""
+"""Planted faults and how a run of them ends; a walk through code; the picture of imports; drawings with labels."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from benchmarks.articulate.draw import KINDS, draw
+from benchmarks.articulate.labelled import fused
+from benchmarks.imports import PAGE, arrows, box_of, embedded, imported, picture
 from benchmarks.planted.faults import Fault, mistakes, read_faults
 from benchmarks.planted.trial import Bench, Failure, Results, Verdict, summary
+from benchmarks.walk import ROOT, sentence, walked
+from casa_assets import errors, projects
 from tests.selection import Imports, Reaching, reaching
+from tests.support.library.libraries import write_files
 
-ROOT = Path(__file__).parents[3]
 # A made-up checkout: two modules, one of which loads another by its name, and tests that reach them in many ways.
 FILES = {
     "casa_assets/__init__.py": "",
@@ -39,21 +45,13 @@ FAULT = Fault("wrong", "casa_assets/deep.py", "side * side", "side + side", "for
 
 @pytest.fixture
 def checkout(tmp_path: Path) -> Path:
-    """The made-up checkout."""
-    for name, text in FILES.items():
-        path = tmp_path / "checkout" / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8")
-    return tmp_path / "checkout"
+    return write_files(tmp_path / "checkout", FILES)
 
 
-def test_every_fault_applies_once_and_compiles() -> None:
+def test_every_fault_applies_once_and_compiles_and_one_that_does_not_is_told(checkout: Path) -> None:
     faults = read_faults()
     assert len(faults) == 120
     assert mistakes(faults, ROOT, importing=False) == []
-
-
-def test_fault_that_does_not_apply_or_does_not_compile_is_told(checkout: Path) -> None:
     twice = Fault("twice", FAULT.file, "side", "edge", "formula", "")
     broken = Fault("broken", FAULT.file, "return side", "return (side", "formula", "")
     found = mistakes([FAULT, twice, broken], checkout, importing=False)
@@ -109,3 +107,65 @@ def test_results_are_kept_by_checkout_and_text_of_the_fault(tmp_path: Path) -> N
     assert results.verdicts([changed], 60.0) == {}
     told = summary([FAULT, late], results.verdicts([FAULT, late], 60.0))
     assert "late (casa_assets/deep.py): edges [not caught within the budget, 8 files]" in told
+
+
+def test_files_are_listed_in_the_order_in_which_they_are_entered() -> None:
+    def walk(_: Path) -> None:
+        errors.UnknownId("plan", "l_smal", ["l_small"])
+        projects.data_root()
+
+    found = {Path(path).name: count for path, count in walked(walk).items()}
+    assert list(found) == ["errors.py", "projects.py"]
+    assert min(found.values()) >= 1
+    assert sentence(ROOT / "benchmarks" / "walk.py").endswith("in their order.")
+
+
+def test_the_page_shows_what_the_script_prints_and_arrows_lead_down() -> None:
+    assert embedded(PAGE.read_text(encoding="utf-8")) == picture(), "python -m benchmarks.imports --write"
+    found = arrows()
+    assert found
+    assert all(start < end for start, end in found)
+
+
+def test_every_form_of_import_is_read() -> None:
+    text = (
+        "import numpy, casa_assets.core.numeric\n"
+        "from casa_assets import model, registry\n"
+        "def f():\n    from casa_assets.model.asset import Asset\n"
+    )
+    assert [sorted(names) for names in imported(text) if names] == [
+        ["core.numeric"],
+        ["model", "registry"],
+        ["model.asset.Asset"],
+    ]
+    assert box_of("ingest.run.inputs") != box_of("ingest.clean") == box_of("articulate.infer")
+    assert box_of("errors") is None
+
+
+def test_drawn_fronts_open_outward(subtests: pytest.Subtests) -> None:
+    for kind in list(KINDS):
+        with subtests.test(kind=kind):
+            for index in range(6):
+                mesh = draw(kind, 5, index)
+                assert mesh.truth["parts"]
+                for row in mesh.truth["parts"]:
+                    joint = row["joint"]
+                    cloud = mesh.points[mesh.faces[mesh.part == row["id"]]].reshape(-1, 3)
+                    assert len(cloud), row["name"]
+                    assert np.linalg.norm(joint["axis"]) == pytest.approx(1.0)
+                    is_front = row["type"] in ("door", "drawer", "lid")
+                    if is_front and joint["range"][0] == 0.0 and joint["type"] == "revolute":
+                        arm = cloud.mean(axis=0) - np.array(joint["origin"])
+                        way = np.cross(joint["axis"], arm)
+                        middle = (mesh.points.min(axis=0) + mesh.points.max(axis=0)) / 2
+                        assert way @ (cloud.mean(axis=0) - middle) > 0 or kind == "laptop"
+                    if row["type"] == "drawer":
+                        np.testing.assert_allclose(joint["axis"], [0, -1, 0], atol=1e-9)
+
+
+def test_fused_shell_shows_every_front() -> None:
+    mesh, shell = fused(draw("cabinet", 2, 13))
+    parts = mesh.truth["parts"]
+    assert {row["type"] for row in parts} == {"door", "drawer"}
+    assert all(row["visible"] > 0.1 for row in parts)
+    assert {row["id"] for row in parts} <= set(shell.part.tolist())
