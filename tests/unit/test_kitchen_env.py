@@ -23,8 +23,7 @@ def found() -> dict[str, Any]:
         [sys.executable, str(RUN)], cwd=ROOT, env=environment, check=False, capture_output=True, text=True
     )
     assert done.returncode == 0, done.stderr[-2000:]
-    told: dict[str, Any] = json.loads(done.stdout)
-    return told
+    return json.loads(done.stdout)
 
 
 def test_a_seed_decides_all_and_gymnasium_finds_no_fault(found: dict[str, Any]) -> None:

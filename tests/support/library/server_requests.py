@@ -7,22 +7,33 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from http.client import HTTPConnection
 from threading import Thread
-from typing import Any
+from typing import Any, TypeVar
 
 from casa_assets.show.view.review import ReviewServer
 from casa_assets.show.view.server import HOST, Maker, ViewServer, Workshop
 from casa_assets.show.view.subject import Subject
 
+Server = TypeVar("Server", ViewServer, ReviewServer)
+
+
+@contextmanager
+def running(server: Server) -> Iterator[Server]:
+    """A server in a thread of its own."""
+    with server:
+        thread = Thread(target=server.serve_forever)
+        thread.start()
+        try:
+            yield server
+        finally:
+            server.shutdown()
+            thread.join()
+
 
 @contextmanager
 def serving(subject: Subject, make: Maker, pose: str = "") -> Iterator[ViewServer]:
-    """A server on a free port, in a thread of its own."""
-    with ViewServer(subject, Workshop(make), pose) as server:
-        thread = Thread(target=server.serve_forever)
-        thread.start()
+    """A server on a free port."""
+    with running(ViewServer(subject, Workshop(make), pose)) as server:
         yield server
-        server.shutdown()
-        thread.join()
 
 
 def ask(server: ViewServer | ReviewServer, path: str, body: Any = None, **headers: str) -> tuple[int, bytes]:

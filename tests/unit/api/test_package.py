@@ -24,10 +24,26 @@ ROOT = Path(__file__).parents[3]
 EVERY_NAME = Path(__file__).with_name("every_name.py")
 
 
-def test_importing_is_light() -> None:
-    code = "import casa_assets, sys; print(sorted({'numpy', 'mujoco', 'pydantic', 'typer'} & set(sys.modules)))"
-    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
-    assert done.stdout == "[]\n"
+COMPLETION = "from casa_assets.cli import options as o; o.complete_categories('m'); o.complete_textures('o')"
+PLAN_CHECK = """
+from casa_assets.layouts.check_plan.check import check_plan
+from casa_assets.registry.kitchens import load_style
+assert check_plan(open("registry/plans/u_large.yaml").read(), "u_large.yaml", load_style("modern_1")[0]).fits
+"""
+# What is begun often, and what would take longer to load than it takes itself.
+LIGHT = {
+    "import casa_assets": "numpy mujoco pydantic typer",
+    "import casa_assets.cli.main": "numpy pydantic yaml scipy mujoco PIL pxr",
+    f"{COMPLETION}; o.complete_plans('')": "numpy pydantic yaml scipy mujoco casa_assets.registry",
+    PLAN_CHECK: "scipy mujoco pxr trimesh casa_assets.families",
+}
+
+
+def test_what_is_begun_often_is_light() -> None:
+    for code, heavy in LIGHT.items():
+        code = f"import sys\n{code}\nprint({set(heavy.split())} & set(sys.modules))"
+        done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+        assert done.stdout == "set()\n", code
 
 
 def test_every_name_is_there() -> None:

@@ -13,7 +13,7 @@ from casa_assets.articulate.plan import HingeEdge, PartKind
 from casa_assets.articulate.run.build import ArticulateRequest, ArticulateResult, build
 from casa_assets.errors import RegistryError, Rejected
 from casa_assets.library.review import read_decisions
-from casa_assets.model.asset.parts import Joint, JointKind
+from casa_assets.model.asset.parts import JointKind
 from casa_assets.model.source import Word
 from tests.unit.articulate.blocks import microwave
 from tests.unit.articulate.test_assemble import obj
@@ -35,15 +35,9 @@ def one(name: str, decision: PartDecision) -> Decisions:
     return Decisions(parts={name: decision})
 
 
-def joint_of(built: ArticulateResult, name: str) -> Joint:
-    joint = built.asset.joint_of(name)
-    assert joint is not None
-    return joint
-
-
 def test_a_hinge_is_fixed_in_a_line(mesh: Path) -> None:
     built = made(mesh, one("door_0", PartDecision(hinge=HingeEdge.BOTTOM)))
-    assert joint_of(built, "door_0").axis == pytest.approx((1.0, 0.0, 0.0))
+    assert built.asset.joint_of("door_0").axis == pytest.approx((1.0, 0.0, 0.0))
     at = built.asset.asset_from_link("door_0").position
     assert at[2] == pytest.approx(0.0, abs=1e-6)
     door = next(p for p in built.articulation.parts if p.name == "door_0")
@@ -96,7 +90,7 @@ def test_a_part_that_was_missed_is_given_by_a_box(mesh: Path) -> None:
     lever = next(p for p in built.articulation.parts if p.name == "my_lever")
     assert lever.faces.tolist() == knob.faces.tolist()
     assert all(p.kind is not PartKind.KNOB for p in built.articulation.parts)
-    joint = joint_of(built, "my_lever")
+    joint = built.asset.joint_of("my_lever")
     assert joint.axis == (0.0, -1.0, 0.0)
     assert joint.range[1] == pytest.approx(math.radians(40), abs=1e-5)
 
@@ -109,7 +103,7 @@ def test_kind_range_and_carrier_are_changed(mesh: Path) -> None:
         }
     )
     built = made(mesh, decisions)
-    door, knob = joint_of(built, "door_0"), joint_of(built, "knob_0")
+    door, knob = (built.asset.joint_of(name) for name in ("door_0", "knob_0"))
     assert door.kind is JointKind.SLIDE
     assert door.axis == (0.0, -1.0, 0.0)
     assert door.range == pytest.approx((0.0, 0.2))
@@ -117,15 +111,14 @@ def test_kind_range_and_carrier_are_changed(mesh: Path) -> None:
     assert built.asset.link("knob_0").parent == "door_0"
 
 
-def test_a_mesh_is_rejected_by_a_person_or_where_decisions_do_not_fit_it(mesh: Path) -> None:
+def test_a_mesh_is_rejected_by_a_person_or_where_decisions_do_not_fit_it_or_name_nothing(
+    mesh: Path,
+) -> None:
     unfit = Decisions(cavities={"drawer_9": CavityDecision(build=True)}), Decisions(front="+z")
     for code, decisions in (("REV002", Decisions(decision=Word.REJECT)), *(("ART002", one) for one in unfit)):
         with pytest.raises(Rejected) as caught:
             build(ArticulateRequest(mesh, mesh.parent, up=(0.0, 0.0, 1.0), decisions=decisions))
         assert caught.value.code == code
-
-
-def test_what_is_not_there_is_named(mesh: Path) -> None:
     with pytest.raises(Rejected, match="did you mean door_0"):
         made(mesh, one("door_9", PartDecision(hinge=HingeEdge.LEFT)))
     with pytest.raises(Rejected, match="nobody"):

@@ -132,7 +132,6 @@ def test_serves_a_page_until_it_is_stopped(tmp_path: Path) -> None:
     running = subprocess.Popen(
         command("view", "mug"), cwd=tmp_path, env=by_ssh, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )
-    assert running.stdout is not None
     address = running.stdout.readline().strip()
     with urllib.request.urlopen(address, timeout=PATIENCE_S) as answer:
         assert b"mug" in answer.read()

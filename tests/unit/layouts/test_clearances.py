@@ -56,9 +56,7 @@ def test_open_leaves_lie_where_they_were_foreseen(built: tuple[KitchenFacts, tup
             continue  # what stands on worktops
         own = [leaf for leaf in leaves if leaf.owner == fixture.unit]
         area = joint.swept_area
-        assert area is not None
         run = facts.run(fixture.run)
-        assert run is not None
         # What lies before the fronts is compared: the rest of an open drawer is still in its cabinet.
         front = max(run.to_local(p)[1] for p in fixture.footprint.corners)
         points = np.array([p for p in area.open_outline if run.to_local(p)[1] > front + 0.001])
@@ -94,24 +92,19 @@ ISLAND = row("island", 3.0, -2.5, 2, at_wall=False)
 DEEP = row("main", 1.0, 0.0).replace(units=(UNITS[0].replace(front=0.8), UNITS[1]))
 
 
-@pytest.mark.parametrize(
-    ("rows", "walls", "pair", "kind", "width"),
-    [
-        ((row("main", 1.0, 0.0), ISLAND), WALLS, ("island", "main"), AisleKind.WORK, 2.5 - 0.65 - 0.65),
+def test_width_and_kind() -> None:
+    plain, islands_end = row("main", 1.0, 0.0), row("island", 2.8, -2.2, 2, at_wall=False)
+    for rows, walls, pair, kind, width in [
+        ((plain, ISLAND), WALLS, ("island", "main"), AisleKind.WORK, 2.5 - 0.65 - 0.65),
         ((DEEP, ISLAND), WALLS, ("island", "main"), AisleKind.WORK, 2.5 - 0.8 - 0.65),  # the narrowest place counts
-        ((row("main", 1.0, 0.0),), CLOSED, ("front", "main"), AisleKind.WALK, 4.0 - 0.65),
-        ((row("island", 2.8, -2.2, 2, at_wall=False),), WALLS, ("island", "left"), AisleKind.WALK, 0.8),  # its end
-    ],
-)
-def test_width_and_kind(
-    rows: tuple[PlacedRun, ...], walls: tuple[RoomWall, ...], pair: tuple[str, str], kind: AisleKind, width: float
-) -> None:
-    aisle = found(*rows, walls=walls)[pair]
-    assert aisle.kind is kind
-    assert aisle.width == pytest.approx(width)
-    if rows[-1] is ISLAND:
-        assert 1.0 < aisle.position[0] < 3.0
-        assert rows[0] is DEEP or aisle.position[1] == pytest.approx(-1.25)
+        ((plain,), CLOSED, ("front", "main"), AisleKind.WALK, 4.0 - 0.65),
+        ((islands_end,), WALLS, ("island", "left"), AisleKind.WALK, 0.8),
+    ]:
+        aisle = found(*rows, walls=walls)[pair]
+        assert (aisle.kind, aisle.width) == (kind, pytest.approx(width)), pair
+        if rows[-1] is ISLAND:
+            assert 1.0 < aisle.position[0] < 3.0
+            assert rows[0] is DEEP or aisle.position[1] == pytest.approx(-1.25)
 
 
 def test_back_of_an_island_is_passed_and_what_lies_between_hides_the_wall() -> None:

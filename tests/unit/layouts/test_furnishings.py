@@ -50,7 +50,6 @@ def test_lamps_over_one_table_do_not_touch_though_beams_move_them(subtests: pyte
 def test_beams_keep_clear_of_a_hood_that_the_usual_number_would_meet(style: str, seed: int) -> None:
     kitchen = drawn("l_large", style, seed)
     beams = beams_of(kitchen)
-    assert beams is not None
     (hood,) = [s for row in kitchen.slots.values() for s in row if s.kind is UpperKind.HOOD]
     axis = 1 if beams.along_x else 0
     ends = [hood.line.frame.at(u, v)[axis] for u in (hood.left, hood.right) for v in (0.0, HOOD_DEPTH_M)]

@@ -242,5 +242,4 @@ def test_both_formats_say_the_same_of_the_room(name: str, tmp_path: Path) -> Non
     files = SceneFiles(SceneSubject(scene, folder))
     assert formats_agree(files, 0.0).problems == ()
     model = files.scene_subject.loaded.model
-    assert model is not None
     assert mujoco_facts.facts_of_scene(model)["placements"].keys() == built.keys()

@@ -74,19 +74,16 @@ def test_from_python(tmp_path: Path) -> None:
         casa_assets.Project(tmp_path / "nowhere")
 
 
-@pytest.mark.parametrize(
-    ("runs", "message"),
-    [
+def test_slips_in_the_runs_are_told(tmp_path: Path) -> None:
+    for runs, message in [
         ("[{ingst: {}}]", "casa.yaml:2: runs.0.ingst: expected 'ingest', or another one of"),
         ("[{scenes build: {scense: [a]}}]", "casa.yaml:2: runs.0.scenes build.scense: expected 'scenes', or another"),
         ("[{scenes build: {all: 3}}]", "casa.yaml:2: runs.0.scenes build.all: expected true or false, got 3"),
         ("[{scenes build: {scenes: [[a]]}}]", "casa.yaml:2: runs.0.scenes build.scenes: expected a text or a number"),
         ("[{textures ingest: {tile: 1.2}}]", "casa.yaml:2: runs.0.textures ingest.tile: expected 2 values, got 1.2"),
         ("[]", "casa.yaml: lists no runs"),
-    ],
-)
-def test_slips_in_the_runs_are_told(tmp_path: Path, runs: str, message: str) -> None:
-    (tmp_path / "casa.yaml").write_text(f"name: ours\nruns: {runs}\n", encoding="utf-8")
-    done = casa("make", folder=tmp_path)
-    assert done.returncode == 2
-    assert message in done.stderr
+    ]:
+        (tmp_path / "casa.yaml").write_text(f"name: ours\nruns: {runs}\n", encoding="utf-8")
+        done = casa("make", folder=tmp_path)
+        assert done.returncode == 2, runs
+        assert message in done.stderr

@@ -259,7 +259,6 @@ def test_what_is_written_has_these_names() -> None:
 
 def test_a_remembered_one_is_kept_while_its_files_are_there(remembered: Path) -> None:
     found = kept.kept_scene(KEPT, remembered, drawn=True)
-    assert found is not None
     assert (found.kept, found.folder) == (True, str(remembered / KEPT.scene_id))
     (remembered / KEPT.scene_id / f"{OVERVIEW}.png").unlink()
     assert kept.kept_scene(KEPT, remembered, drawn=True) is None

@@ -55,8 +55,7 @@ def at_hand(composed: tuple[KitchenRequest, Scene], monkeypatch: pytest.MonkeyPa
 
 
 def report_of(out: Path) -> dict[str, Any]:
-    data: dict[str, Any] = json.loads((out / RECIPE.scene_id / "report.json").read_text(encoding="utf-8"))
-    return data
+    return json.loads((out / RECIPE.scene_id / "report.json").read_text(encoding="utf-8"))
 
 
 class TestVerdict:
@@ -121,7 +120,6 @@ class TestVerdict:
         out, done = checked_kitchen
         folder = tmp_path / RECIPE.scene_id
         shutil.copytree(out / RECIPE.scene_id, folder)
-        assert done.report is not None
         scene_page.join_states(folder, done.report)
         named = re.findall(r'data-viewer="([^"]+)"', (folder / "report.html").read_text(encoding="utf-8"))
         assert named

@@ -227,7 +227,6 @@ def test_a_model_comes_out_as_it_went_in() -> None:
     script = model_script("mug_0123456789", glb)
     assert script == model_script("mug_0123456789", glb)
     match = re.fullmatch(rb'casaModel\("mug_0123456789","([A-Za-z0-9+/=]+)"\);\n', script)
-    assert match is not None
     assert gzip.decompress(base64.b64decode(match[1])) == glb
 
 

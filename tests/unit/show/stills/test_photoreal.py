@@ -85,7 +85,6 @@ def test_the_sun_comes_in_and_down_through_a_window_past_things_beside_it() -> N
         window = {"id": "w", "kind": "window", "wall": "0", "from": [1.4, 0.0, 1.0], "to": [2.6, 0.0, 2.0]}
         scene["room"]["openings"] = [window]
         sun = sun_direction(scene, view, WIDE)
-        assert sun is not None
         assert np.linalg.norm(sun) == pytest.approx(1.0)
         assert max(sun[1:]) < 0
         assert sun[0] < 0 or not is_turned

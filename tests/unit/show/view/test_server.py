@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -29,7 +28,7 @@ from casa_assets.show.view.server import KEPT, ViewServer
 from casa_assets.show.view.subject import AssetFolder, Kitchen, Member, ModelFile, Subject, find
 from tests.support.asset.family_members import preset
 from tests.support.library.libraries import BOXES, box_obj
-from tests.support.library.server_requests import ask, serving
+from tests.support.library.server_requests import ask, running, serving
 
 pytestmark = pytest.mark.content("code", "show.view", keep=0)
 
@@ -193,11 +192,9 @@ def test_the_command_that_writes_a_kitchen() -> None:
 
 def stepped(asset: Asset, state: dict[str, Any], **said: Any) -> dict[str, Any]:
     """The answer to a page that sends the last state back."""
-    assert asset.behavior is not None
     kept = {name: state[name] for name in ("values", "before", "held_s") if name in state}
     sent = machines.parse_step(json.dumps({**kept, **said}).encode())
-    answer: dict[str, Any] = json.loads(json.dumps(machines.step_machine(asset.behavior, sent)))
-    return answer
+    return json.loads(json.dumps(machines.step_machine(asset.behavior, sent)))
 
 
 def test_time_alone_ends_what_runs_for_a_while() -> None:
@@ -326,12 +323,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def server(folder: Path) -> Iterator[ReviewServer]:
-    with ReviewServer(Library(folder / "library")) as server:
-        thread = threading.Thread(target=server.serve_forever)
-        thread.start()
+    with running(ReviewServer(Library(folder / "library"))) as server:
         yield server
-        server.shutdown()
-        thread.join()
 
 
 def test_shows_what_waits_with_its_picture_and_takes_no_markup(server: ReviewServer) -> None:
@@ -371,5 +364,4 @@ def test_what_is_decided_is_obeyed_by_the_next_run(server: ReviewServer, folder:
     assert run(folder) == ["accepted"]
     (accepted,) = entries(Library(folder / "library"))
     assert accepted.to_decide == ()
-    assert accepted.summary is not None
     assert accepted.summary.mass == pytest.approx(0.4)
