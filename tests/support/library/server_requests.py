@@ -7,17 +7,15 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from http.client import HTTPConnection
 from threading import Thread
-from typing import Any, TypeVar
+from typing import Any
 
 from casa_assets.show.view.review import ReviewServer
 from casa_assets.show.view.server import HOST, Maker, ViewServer, Workshop
 from casa_assets.show.view.subject import Subject
 
-Server = TypeVar("Server", ViewServer, ReviewServer)
-
 
 @contextmanager
-def running(server: Server) -> Iterator[Server]:
+def running(server: Any) -> Iterator[Any]:
     """A server in a thread of its own."""
     with server:
         thread = Thread(target=server.serve_forever)

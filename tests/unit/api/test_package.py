@@ -19,8 +19,8 @@ from casa_assets.formats import mjcf
 from casa_assets.model.asset.parts import Cylinder
 from tests.support.asset.assets import rigid_mug, write_to
 from tests.support.asset.box_assets import plain_box
+from tests.support.library.libraries import ROOT
 
-ROOT = Path(__file__).parents[3]
 EVERY_NAME = Path(__file__).with_name("every_name.py")
 
 
@@ -77,9 +77,8 @@ import casa_assets as casa
 from casa_assets import {name}
 print(casa.{name}.__name__, {name} is casa.{name}, sys.modules["casa_assets.{name}"].__path__ != [])
 """
-    told = subprocess.run(
-        [sys.executable, "-c", "import sys" + code], cwd=ROOT, capture_output=True, text=True, check=True
-    )
+    words = [sys.executable, "-c", "import sys" + code]
+    told = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=True)
     assert told.stdout == f"{name} True True\n"
 
 
@@ -136,7 +135,7 @@ def test_what_there_is_to_choose_from() -> None:
     assert casa.kitchen(f"{plain}__closed__o40", seed=0).id == f"{plain}__s0__closed__o40"
 
 
-def test_wrong_words(subtests: pytest.Subtests) -> None:
+def test_wrong_words() -> None:
     wall = {"wal": "brick_red_running"}
     for function, words, options, kind, told in [
         (casa.kitchen, ("galley", "rustik"), {}, casa.UnknownId, "rustic"),
@@ -151,7 +150,7 @@ def test_wrong_words(subtests: pytest.Subtests) -> None:
         (casa.ingest, ("nowhere.obj",), {}, casa.OutputError, "no such"),
         (casa.load, (".",), {}, casa.OutputError, "neither"),
     ]:
-        with subtests.test(words=words, told=told), pytest.raises(kind, match=told):
+        with pytest.raises(kind, match=told):
             function(*words, **options)
 
 

@@ -113,16 +113,6 @@ def test_check_exits_with_one_on_faults(tmp_path: Path, monkeypatch: pytest.Monk
     assert "TEX008" in result.stdout
 
 
-def test_ingest_reports_what_it_left_out(tmp_path: Path) -> None:
-    (tmp_path / "pack").mkdir()
-    (tmp_path / "pack" / "broken.png").write_bytes(b"no picture")
-    words = ["textures", "ingest", str(tmp_path / "pack"), "--library", str(tmp_path / "library"), "--surface", "wall"]
-    result = RUNNER.invoke(app, words)
-    assert result.exit_code == 1
-    assert "broken.png" in result.stdout
-    assert "0 pictures taken, 1 left out" in result.stdout
-
-
 PATIENCE_S = 60
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +9,7 @@ import pytest
 from pydantic import ValidationError
 
 from casa_assets.core.numeric import rng_for
-from casa_assets.layouts.lived_in import PutGroup, arrange, put_objects
+from casa_assets.layouts.lived_in import arrange, put_objects
 from casa_assets.layouts.spaces import (
     Silhouette,
     Space,
@@ -48,10 +47,6 @@ def shelf(number: int = 1, width: float = 0.8, height: float = 0.3) -> Space:
     return Space(f"unit_{number}", "object", "level0", ("shelf",), pose, (width, 0.35, height))
 
 
-def placed(groups: Sequence[PutGroup]) -> list[Placement]:
-    return [place for group in groups for place in group.placements]
-
-
 def box_of(place: Placement) -> np.ndarray:
     asset = next(a for a in MEMBERS.values() if a.id == place.asset)
     points = np.concatenate([place.pose.apply(v.mesh.vertices) for k in asset.links for v in k.visuals])
@@ -62,7 +57,7 @@ def test_everything_is_inside_its_space_and_apart() -> None:
     spaces = [shelf(1), shelf(2)]
     first = put_objects(spaces, habits(), member, 12, rng_for(3, "test"))
     more = put_objects(spaces, habits(), member, 2, rng_for(2, "test"), first)
-    places = placed([*first, *more])
+    places = [place for group in (*first, *more) for place in group.placements]
     assert len({place.name for place in places}) == len(places) == 14
     boxes = [box_of(p) for p in places]
     of = {space.placement: space for space in spaces}
@@ -70,10 +65,8 @@ def test_everything_is_inside_its_space_and_apart() -> None:
         space = of[place.resting.placement]
         local = space.pose.inverse().apply(np.array([[x, y, z] for x, y in box[:, :2] for z in box[:, 2]]))
         width, depth, height = space.size
-        assert (np.abs(local[:, 0]) <= width / 2).all()
-        assert (np.abs(local[:, 1]) <= depth / 2).all()
-        assert (local[:, 2] >= 0.0).all()
-        assert (local[:, 2] <= height).all()
+        assert (np.abs(local[:, :2]) <= (width / 2, depth / 2)).all()
+        assert ((local[:, 2] >= 0.0) & (local[:, 2] <= height)).all()
     for i, one in enumerate(boxes):
         for other in boxes[:i]:
             assert (one[0] >= other[1] - 1e-4).any() or (other[0] >= one[1] - 1e-4).any()
@@ -101,11 +94,9 @@ class TestGroups:
         plate = silhouette(plain_box((0.24, 0.24, 0.02)))
         group = arrange(Arrangement.ON_EDGE, [rack, plate, plate], rng_for(0, "test"))
         shift = group.poses[0].position
-        ends = [
-            pose.apply(np.array([[x, 0.0, z] for x in (-0.12, 0.12) for z in (0.0, 0.02)])) - shift
-            for pose in group.poses[1:]
-        ]
-        for corners in ends:
+        edges = np.array([[x, 0.0, z] for x in (-0.12, 0.12) for z in (0.0, 0.02)])
+        for pose in group.poses[1:]:
+            corners = pose.apply(edges) - shift
             low = corners[corners[:, 2] < 0.09]
             assert any((low[:, 0] > slot[0, 0]).all() and (low[:, 0] < slot[1, 0]).all() for slot in slots)
             assert 0.02 <= corners[:, 2].min() < 0.022

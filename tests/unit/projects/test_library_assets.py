@@ -94,14 +94,11 @@ UNSUITED = (
     ({"microwave": "library:TOASTER"}, "model of microwave: expected .*, got"),
 )
 # Files of the project, what is in them, and what is said of it.
+STYLE = "styles/ours.yaml"
 WRONG = (
-    ("styles/ours.yaml", "like: modern_1\nmodels: {toaster: 'library:toaster_nothing'}\n", "TOASTER"),
-    (
-        "styles/ours.yaml",
-        "like: modern_1\nmodels: {sink: 'library:TOASTER'}\n",
-        r"ours\.yaml:2: models\.sink: expected",
-    ),
-    ("styles/ours.yaml", "like: modern_1\nmodels: {toaster: 'library:TOASTER'}\n", ""),
+    (STYLE, "like: modern_1\nmodels: {toaster: 'library:toaster_nothing'}\n", "TOASTER"),
+    (STYLE, "like: modern_1\nmodels: {sink: 'library:TOASTER'}\n", r"ours\.yaml:2: models\.sink: expected"),
+    (STYLE, "like: modern_1\nmodels: {toaster: 'library:TOASTER'}\n", ""),
     ("casa.yaml", "name: ours\nlibraries: [libb]\n", r"casa\.yaml:2: libraries\.0: expected a folder"),
 )
 
@@ -130,24 +127,19 @@ class TestScaledToTheirPlaces:
     @pytest.fixture
     def library(self, project: Project, tmp_path: Path) -> Path:
         """The project, with a style that names the microwave and a plan that names both."""
-        large, mug = (
-            _as_read_back(asset, tmp_path) for asset in (scaled(microwave(), 3.0, microwave().mass), rigid_mug())
-        )
+        assets = scaled(microwave(), 3.0, microwave().mass), rigid_mug()
+        large, mug = (_as_read_back(asset, tmp_path) for asset in assets)
         assert large.bounds[1][0] - large.bounds[0][0] > 1.4
         keep(tmp_path / "lib", (large, mug))
-        plan = (
-            "like: one_wall_small\nworktop_items:\n"
-            f"  kettle: {{on: main_drawers_2, at: 0.1, model: 'library:{large.id}'}}\n"
-        )
-        project(
-            {
-                "casa.yaml": "name: ours\nlibraries: [lib]\n",
-                "styles/ours.yaml": f"like: modern_1\ntitle: Ours\nmodels: {{microwave: 'library:{large.id}'}}\n",
-                "plans/wrong.yaml": plan,
-                "plans/ours.yaml": plan.replace("kettle", "our_mug").replace(large.id, mug.id),
-            }
-        )
-        return tmp_path
+        kettle = f"kettle: {{on: main_drawers_2, at: 0.1, model: 'library:{large.id}'}}"
+        plan = f"like: one_wall_small\nworktop_items:\n  {kettle}\n"
+        files = {
+            "casa.yaml": "name: ours\nlibraries: [lib]\n",
+            STYLE: f"like: modern_1\ntitle: Ours\nmodels: {{microwave: 'library:{large.id}'}}\n",
+            "plans/wrong.yaml": plan,
+            "plans/ours.yaml": plan.replace("kettle", "our_mug").replace(large.id, mug.id),
+        }
+        return project(files)
 
     def test_it_is_scaled_and_keeps_what_moves(self, library: Path, cache: Path) -> None:
         kitchen, scene = build_scene(SceneRecipe("one_wall_small", "ours"), cache)

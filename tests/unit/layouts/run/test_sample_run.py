@@ -7,7 +7,6 @@ and its workers. What is tested is the run: processes, folders, records.
 from __future__ import annotations
 
 import json
-import os
 import signal
 import subprocess
 import time
@@ -17,7 +16,7 @@ from pathlib import Path
 import pytest
 
 from casa_assets.layouts.run.sample import FOLDER, draw_recipes
-from tests.support.library.libraries import ROOT, command
+from tests.support.library.libraries import hooked
 
 pytestmark = pytest.mark.content("code", "layouts.run", keep=0)
 
@@ -92,18 +91,9 @@ class Runs:
     folder: Path
 
     def start(self, out: str, jobs: int = 2, pause_s: float = 0.1, deadly: str = "") -> subprocess.Popen[str]:
-        (self.folder / "sitecustomize.py").write_text(STAND_INS, encoding="utf-8")
-        environment = {
-            **os.environ,
-            "PYTHONPATH": f"{self.folder}:{os.environ.get('PYTHONPATH', ROOT)}",
-            "CASA_TEST_LOG": str(self.log(out)),
-            "CASA_TEST_PAUSE_S": str(pause_s),
-            "CASA_TEST_DEADLY": deadly,
-        }
-        words = ("scenes", "sample", str(COUNT), "--seed", "3", "--jobs", str(jobs), "--out", str(self.folder / out))
-        return subprocess.Popen(
-            command(*words), cwd=ROOT, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-        )
+        said = {"CASA_TEST_LOG": str(self.log(out)), "CASA_TEST_PAUSE_S": str(pause_s), "CASA_TEST_DEADLY": deadly}
+        words = ("scenes", "sample", COUNT, "--seed", 3, "--jobs", jobs, "--out", self.folder / out)
+        return hooked(STAND_INS, self.folder, *words, **said)
 
     def finish(self, out: str, code: int = 0, jobs: int = 2, pause_s: float = 0.0, deadly: str = "") -> str:
         started = self.start(out, jobs, pause_s, deadly)
