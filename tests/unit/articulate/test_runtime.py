@@ -8,14 +8,7 @@ import numpy as np
 import pytest
 
 from casa_assets import registry
-from casa_assets.articulate.kinds import (
-    KIND_NAMES,
-    KIND_TRAITS,
-    PlacedPart,
-    RuntimeName,
-    kind_named,
-    runtime_names,
-)
+from casa_assets.articulate.kinds import KIND_NAMES, KIND_TRAITS, PlacedPart, RuntimeName, kind_named, runtime_names
 from casa_assets.articulate.plan import HingeEdge, JointPlan, PartKind
 from casa_assets.articulate.runtime_places import (
     Burner,
@@ -43,24 +36,21 @@ from tests.unit.articulate.blocks import Part, box, disc, lattice, plan_of, toge
 SLIDES = frozenset({PartKind.DRAWER, PartKind.BUTTON, PartKind.TRAY})
 
 
+SMALL = (0.02, 0.02, 0.02)
+
+
 def at(
     name: str,
     kind: PartKind,
     middle: Vec3,
-    size: Vec3 = (0.02, 0.02, 0.02),
+    size: Vec3 = SMALL,
     edge: HingeEdge | None = None,
     turns: bool | None = None,
 ) -> PlacedPart:
     """A part of a kind with its middle there."""
     hinged = kind not in SLIDES if turns is None else turns
-    joint = JointPlan(
-        kind=JointKind.HINGE if hinged else JointKind.SLIDE,
-        axis=(0.0, 0.0, 1.0),
-        anchor=middle,
-        range=(0.0, 1.0),
-        endless=kind is PartKind.TRAY and hinged,
-        edge=edge,
-    )
+    moves, endless = JointKind.HINGE if hinged else JointKind.SLIDE, kind is PartKind.TRAY and hinged
+    joint = JointPlan(kind=moves, axis=(0, 0, 1), anchor=middle, range=(0, 1), endless=endless, edge=edge)
     return PlacedPart(plan_of(name, kind, np.empty(0, dtype=np.int64), joint), np.array(middle), np.array(size))
 
 
@@ -132,8 +122,7 @@ def test_parts_have_the_names_that_runtimes_look_for() -> None:
 
 
 def test_the_lowest_keys_of_a_microwave_stop_and_start_it() -> None:
-    keys = [(0.40, 0.2), (0.44, 0.2), (0.40, 0.16), (0.44, 0.16)]
-    places = [at(f"b{i}", PartKind.BUTTON, (x, -0.2, z)) for i, (x, z) in enumerate(keys)]
+    places = [at(f"b{i}", PartKind.BUTTON, (0.4 + 0.04 * (i % 2), -0.2, 0.2 - 0.04 * (i // 2))) for i in range(4)]
     places += [LEFT, at("disc", PartKind.TRAY, (0, 0, 0.05), turns=True)]
     assert runtime_names(places, "microwave") == {
         "b3": RuntimeName("start_button", "start_button_joint", "start_button"),
@@ -160,11 +149,15 @@ def mesh(*parts: Part) -> Mesh:
     return Mesh(vertices=vertices, faces=faces)
 
 
-def shape(name: str, low: Vec3, high: Vec3) -> Collider:
+def spot(low: Vec3, high: Vec3) -> tuple[Pose, Vec3]:
+    """Pose and size of what is between two corners."""
     a, b = np.array(low), np.array(high)
-    x, y, z = (a + b) / 2
-    size = tuple(float(s) for s in b - a)
-    return Collider(name=name, shape=Box(size=size), substance="steel", pose=Pose(position=(x, y, z)))
+    return Pose(position=((a + b) / 2).tolist()), tuple((b - a).tolist())
+
+
+def shape(name: str, low: Vec3, high: Vec3) -> Collider:
+    pose, size = spot(low, high)
+    return Collider(name=name, shape=Box(size=size), substance="steel", pose=pose)
 
 
 def link(name: str, boards: Boards, parent: str | None = "object", label: str | None = None) -> Link:
@@ -187,9 +180,8 @@ def thing(*links: Link, slides: tuple[str, ...] = (), regions: tuple[Region, ...
 
 
 def region(low: Vec3, high: Vec3, name: str = "room") -> Region:
-    a, b = np.array(low), np.array(high)
-    x, y, z = (a + b) / 2
-    return Region(name=name, pose=Pose(position=(x, y, z)), size=tuple(float(s) for s in b - a))
+    pose, size = spot(low, high)
+    return Region(name=name, pose=pose, size=size)
 
 
 def upright(part: Part) -> Part:
@@ -249,12 +241,8 @@ class TestBurners:
 
 class TestRooms:
     def test_shelves_and_boards_part_a_room(self) -> None:
-        boards = {
-            **CARCASS,
-            "shelf": ((-0.28, -0.28, 0.4), (0.28, 0.28, 0.418)),
-            "middle": ((-0.01, -0.28, 0.02), (0.01, 0.28, 0.78)),
-        }
-        asset = thing(link("object", boards, None))
+        shelf, middle = ((-0.28, -0.28, 0.4), (0.28, 0.28, 0.418)), ((-0.01, -0.28, 0.02), (0.01, 0.28, 0.78))
+        asset = thing(link("object", {**CARCASS, "shelf": shelf, "middle": middle}, None))
         found = split_by_shelves(asset, region((-0.279, -0.27, 0.021), (0.279, 0.27, 0.779)))
         boxes = [tuple(np.round(np.concatenate(region_bounds(asset, r))[[0, 3, 2, 5]], 3)) for r in found]
         assert len(found) == 4
@@ -369,9 +357,6 @@ def test_a_contract_is_aimed_at_by_what_opens() -> None:
         ]
         links = [link("object", CARCASS, None), *(link(j.child, {"a": CARCASS["left"]}) for j in joints)]
         assert contract_for(thing(*links).replace(joints=tuple(joints)), category) == contract, names
-
-
-SMALL = (0.02, 0.02, 0.02)
 
 
 def operated(joints: dict[str, Vec2], keys: tuple[str, ...] = (), sites: tuple[str, ...] = ()) -> Asset:

@@ -345,8 +345,7 @@ SCENES: dict[str, tuple[str, Sequence[Part], str]] = {
         box((0.0, -0.02, 0.01), (0.6, -0.001, 0.497)),
     ),
     "a microwave has a door, a knob and four buttons": scene(
-        "door 5-6 by 6 hinge left 0..90; button 10/12/9/11 slide +y 0..0; knob 8 turns -y",
-        *solids_of(microwave()),
+        "door 5-6 by 6 hinge left 0..90; button 10/12/9/11 slide +y 0..0; knob 8 turns -y", *solids_of(microwave())
     ),
     "drawers take their boxes and leave the carcass": scene(
         "drawer 5-10 by 6 slide -y 0..40; drawer 11-16 by 12 slide -y 0..40", *solids_of(drawers())

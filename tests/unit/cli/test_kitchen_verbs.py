@@ -71,9 +71,7 @@ def test_preview_draws_the_camera_that_is_named(checked_kitchen: Checked, tmp_pa
 
 
 @pytest.mark.parametrize(("bad", "code"), [(1, 0), (4, 1)])
-def test_sample_says_why_some_of_four_draws_fail(
-    bad: int, code: int, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_sample_says_why_draws_fail(bad: int, code: int, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     report = Report(subject="x", issues=(Issue(code="SCN005", severity=Severity.ERROR, message="two doors meet"),))
     asked: dict[str, object] = {}
 

@@ -125,9 +125,7 @@ def test_nothing_is_left_of_a_program_that_is_killed(places: dict[str, Path]) ->
 
 @pytest.mark.representatives(1)
 @pytest.mark.parametrize(("number", "code", "message"), [(11, 3, "SIGSEGV"), (9, 2, "want of memory")])
-def test_the_death_of_the_process_that_works_is_reported(
-    number: int, code: int, message: str, places: dict[str, Path]
-) -> None:
+def test_the_death_of_a_worker_is_reported(number: int, code: int, message: str, places: dict[str, Path]) -> None:
     run = start("textures make oak_natural_plank --out {out}", "textures.run.recipes:finish_of", places)
     (working,) = set(left_of(places["mark"])) - {run.pid}
     os.kill(working, number)

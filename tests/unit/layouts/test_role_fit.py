@@ -42,9 +42,7 @@ LIBRARY = {
 }
 
 
-def fit(
-    name: str, place: Place = ANYWHERE, rule: RoleRule = RULE, **params: Any
-) -> tuple[PresetChoice, dict[str, Any]]:
+def fit(name: str, place: Place = ANYWHERE, rule: RoleRule = RULE, **params: Any) -> tuple[PresetChoice, Any]:
     choice = PresetChoice.model_validate({"preset": f"library:{name}", **params})
     return fitted_choice(choice, "range", rule, LIBRARY, place)
 

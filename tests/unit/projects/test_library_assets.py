@@ -65,9 +65,7 @@ def test_the_asset_stands_in_the_kitchen_byte_for_byte(with_toaster: str, tmp_pa
     assert kitchen_key(recipe) != kitchen_key(SceneRecipe("one_wall_small", "modern_1"))
 
 
-def test_a_kitchen_is_given_a_model_by_its_role(
-    with_toaster: str, tmp_path: Path, checked_kitchen: tuple[Path, SceneResult]
-) -> None:
+def test_a_kitchen_takes_a_model(with_toaster: str, tmp_path: Path, checked_kitchen: tuple[Path, SceneResult]) -> None:
     """In place of the style's: an asset of a library, and a preset of a family; its id and scene.json tell of them."""
     models = {"toaster": f"library:{with_toaster}"}
     kitchen = casa.kitchen("one_wall_small", "modern_1", models=models)
@@ -183,9 +181,7 @@ class TestScaledToTheirPlaces:
         small = placed_asset(PresetChoice.model_validate({"preset": f"library:{rigid_mug().id}", "scale": 1.1}))
         assert small.mass == pytest.approx(1.1**3 * rigid_mug().mass, rel=1e-3)
 
-    def test_an_asset_that_was_made_again_makes_another_scene_and_one_changed_by_hand_is_refused(
-        self, library: Path
-    ) -> None:
+    def test_an_asset_made_again_makes_another_scene_and_one_changed_by_hand_is_refused(self, library: Path) -> None:
         recipe = SceneRecipe("one_wall_small", "ours")
         before = kitchen_key(recipe)
         use_project(library)

@@ -125,7 +125,7 @@ class TestParts:
         with pytest.raises(PluginFailure, match="texture kind chequers: RuntimeError: dark is lighter than light"):
             finish_of(find_recipe("bad_chess"), tmp_path, 64)
 
-    def test_a_source_fetches_once_and_fails_as_one_input(
+    def test_a_source_fetches_or_fails_once(
         self, allowed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         monkeypatch.setenv("CASA_ASSETS_CACHE", str(tmp_path / "cache"))

@@ -17,16 +17,9 @@ from PIL import Image
 from casa_assets import registry
 from casa_assets.articulate.decisions import DECISIONS_NAME, CavityDecision, Decisions, PartDecision
 from casa_assets.articulate.plan import Articulation, HingeEdge, PartKind, calibrate_parts
+from casa_assets.articulate.run import acceptance
 from casa_assets.articulate.run import build as building
 from casa_assets.articulate.run import steps as running
-from casa_assets.articulate.run.acceptance import (
-    MAX_LISTED_FAULTS,
-    doubts,
-    limit_ranges,
-    mend,
-    unmet_checks,
-    without_contract,
-)
 from casa_assets.articulate.run.build import (
     NAMING_CONFIDENCE,
     ArticulateRequest,
@@ -127,7 +120,7 @@ def test_a_part_stops_where_it_runs_into_something(tmp_path: Path) -> None:
     built = build(ArticulateRequest(mesh, tmp_path, size_m=0.66, decisions=decisions, **AXES))
     mine = next(p for p in built.articulation.parts if p.name == "mine")
     assert len(mine.faces)
-    after = limit_ranges(built)
+    after = acceptance.limit_ranges(built)
     joint = after.asset.joint_of("mine")
     (way,) = (t for t in joint_travels(after.asset, mjcf.write(after.asset)) if t.joint == joint.name)
     assert way.is_full
@@ -143,13 +136,13 @@ def _complaint(code: str, pointer: str) -> Report:
 def test_shapes_that_do_not_fit_are_fitted_again(mesh: Path) -> None:
     built = made(mesh, Decisions())
     named = built.with_runtime_names()
-    mended = mend(built, named, _complaint("AST009", "links/door/colliders"))
+    mended = acceptance.mend(built, named, _complaint("AST009", "links/door/colliders"))
     assert mended.spec.refit == {"door_0"}
     shapes = {link.name: link.colliders for link in built.asset.links}
     assert [k.name for k in mended.asset.links if k.colliders != shapes[k.name]] in (["door_0"], ["object", "door_0"])
-    again = mend(mended, mended.with_runtime_names(), _complaint("AST009", "links/door/colliders"))
+    again = acceptance.mend(mended, mended.with_runtime_names(), _complaint("AST009", "links/door/colliders"))
     assert again is None, "what was fitted again is not fitted once more"
-    assert mend(built, named, _complaint("AST002", "links/door")) is None
+    assert acceptance.mend(built, named, _complaint("AST002", "links/door")) is None
 
 
 def _crossing_drawers() -> list[Part]:
@@ -167,9 +160,7 @@ IN_THE_WAY = ((_crossing_drawers(), EACH_OTHER), (POST, {"left": ((-0.38, -0.26,
 
 
 @pytest.mark.parametrize(("parts", "boxes"), IN_THE_WAY, ids=["each other", "the body"])
-def test_parts_that_run_into_something_are_put_to_a_person(
-    tmp_path: Path, parts: list[Part], boxes: dict[str, tuple[Vec3, Vec3]]
-) -> None:
+def test_colliding_parts_are_reviewed(tmp_path: Path, parts: list[Part], boxes: dict[str, tuple[Vec3, Vec3]]) -> None:
     decided = {name: PartDecision(kind=PartKind.DRAWER, box_m=corners, travel_m=0.3) for name, corners in boxes.items()}
     mesh, kind = obj(tmp_path / "cabinet.obj", *together(*parts)[:2]), "base_cabinet"
     request = ArticulateRequest(mesh, tmp_path / "lib", kind, size_m=0.8, decisions=Decisions(parts=decided), **AXES)
@@ -189,9 +180,7 @@ def _strict(monkeypatch: pytest.MonkeyPatch, **bars: float) -> None:
     monkeypatch.setattr(registry, "load_confidence", lambda: strict)
 
 
-def test_a_plan_below_its_bar_is_in_review_until_a_person_accepts_it(
-    mesh: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_plan_below_its_bar_is_reviewed(mesh: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     _strict(monkeypatch, plan=1.0)
     request = ArticulateRequest(mesh, tmp_path / "lib", **AXES)
     done = _articulate(request)
@@ -221,18 +210,16 @@ def test_a_plan_below_its_bar_is_in_review_until_a_person_accepts_it(
     assert (refused.code, refused.decision) == ("REV002", Decision.REJECTED)
 
 
-def test_a_guessed_frame_below_its_bar_is_in_review_with_the_runner_up(
-    mesh: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_guessed_frame_below_its_bar_is_reviewed(mesh: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     found = build(ArticulateRequest(mesh, mesh.parent)).articulation
     unsure = found.replace(frame=found.frame.replace(confidence=0.33, runner_up="front +x, up +z"))
-    (issue,) = (i for i in doubts(unsure, registry.load_confidence()) if i.pointer == "frame")
+    (issue,) = (i for i in acceptance.doubts(unsure, registry.load_confidence()) if i.pointer == "frame")
     assert issue.code == REVIEW_CODE
     assert "33% sure, else front +x" in issue.message
     _strict(monkeypatch, frame=1.0)
-    assert "frame" in [i.pointer for i in doubts(unsure, registry.load_confidence())]
+    assert "frame" in [i.pointer for i in acceptance.doubts(unsure, registry.load_confidence())]
     given = made(mesh, Decisions()).articulation
-    assert "frame" not in [i.pointer for i in doubts(given, registry.load_confidence())], "a person said it"
+    assert "frame" not in [i.pointer for i in acceptance.doubts(given, registry.load_confidence())], "a person said it"
 
 
 def test_nothing_is_built_behind_a_front_in_doubt(mesh: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -313,7 +300,7 @@ def test_the_user_goes_before_a_look_a_name_and_the_shape(tmp_path: Path, chest:
 def faults(asset: Asset, folder: Path) -> tuple[str, ...]:
     known = registry.load()
     contract = known.contracts.get(asset.contract or "")
-    return unmet_checks(asset, category(asset), packed(asset, folder).root, contract, known.limits)
+    return acceptance.unmet_checks(asset, category(asset), packed(asset, folder).root, contract, known.limits)
 
 
 def test_an_asset_lacks_nothing_of_its_contract_or_says_what(tmp_path: Path) -> None:
@@ -325,7 +312,9 @@ def test_an_asset_lacks_nothing_of_its_contract_or_says_what(tmp_path: Path) -> 
     found = faults(stiff, tmp_path / "stiff")
     assert found
     assert all(f.startswith("KIN") for f in found), "what does not move is said once the names are right"
-    asset = without_contract(hob(), tuple(f"CON001 joints/k{i}: is not there" for i in range(MAX_LISTED_FAULTS + 2)))
+    asset = acceptance.without_contract(
+        hob(), tuple(f"CON001 joints/k{i}: is not there" for i in range(acceptance.MAX_LISTED_FAULTS + 2))
+    )
     guess = asset.provenance.guesses[-1]
     assert (asset.contract, guess.subject, guess.value) == (None, "contract", "not stovetop")
     assert guess.reason.endswith("and 2 more")
@@ -416,9 +405,7 @@ def test_kind_range_and_carrier_are_changed(mesh: Path) -> None:
     assert built.asset.link("knob_0").parent == "door_0"
 
 
-def test_a_mesh_is_rejected_by_a_person_or_where_decisions_do_not_fit_it_or_name_nothing(
-    mesh: Path,
-) -> None:
+def test_a_mesh_is_rejected_by_a_person_or_where_decisions_do_not_fit_it_or_name_nothing(mesh: Path) -> None:
     unfit = Decisions(cavities={"drawer_9": CavityDecision(build=True)}), Decisions(front="+z")
     for code, decisions in (("REV002", Decisions(decision=Word.REJECT)), *(("ART002", one) for one in unfit)):
         with pytest.raises(Rejected) as caught:

@@ -24,22 +24,23 @@ pytestmark = pytest.mark.content("code", "layouts.run", keep=0)
 
 SCENE = "one_wall_small__coastal"
 Checked = tuple[Path, SceneResult]
+Packs = dict[PackKind, Path]
 ENTRY_HEADER = 30
 
 
 @pytest.fixture(scope="module")
-def packs(checked_kitchen: Checked, tmp_path_factory: pytest.TempPathFactory) -> dict[PackKind, Path]:
+def packs(checked_kitchen: Checked, tmp_path_factory: pytest.TempPathFactory) -> Packs:
     folder = tmp_path_factory.mktemp("packs")
     return {kind: pack_scene(SCENE, checked_kitchen[0], kind, folder / f"kitchen.{kind}").file for kind in PackKind}
 
 
 @pytest.fixture
-def usdz(packs: dict[PackKind, Path]) -> Path:
+def usdz(packs: Packs) -> Path:
     return packs[PackKind.USDZ]
 
 
 @pytest.fixture(scope="module")
-def unpacked(packs: dict[PackKind, Path], tmp_path_factory: pytest.TempPathFactory) -> Path:
+def unpacked(packs: Packs, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of the kitchen, unzipped where nothing else is."""
     folder = tmp_path_factory.mktemp("elsewhere")
     with zipfile.ZipFile(packs[PackKind.ZIP]) as archive:
@@ -102,9 +103,7 @@ def test_a_usdz_is_stored_plainly_at_multiples_of_64_bytes(usdz: Path) -> None:
 
 
 class TestPack:
-    def test_same_scene_is_same_bytes(
-        self, checked_kitchen: Checked, packs: dict[PackKind, Path], tmp_path: Path
-    ) -> None:
+    def test_same_scene_is_same_bytes(self, checked_kitchen: Checked, packs: Packs, tmp_path: Path) -> None:
         for kind, file in packs.items():
             again = pack_scene(SCENE, checked_kitchen[0], kind, tmp_path / kind / "again")
             assert again.file.read_bytes() == file.read_bytes(), kind
@@ -120,9 +119,7 @@ class TestPack:
         with pytest.raises(OutputError, match=f"{picture.name}.*--force"):
             members_of(tmp_path / "scenes" / SCENE)
 
-    def test_verb_tells_what_it_wrote(
-        self, checked_kitchen: Checked, packs: dict[PackKind, Path], tmp_path: Path
-    ) -> None:
+    def test_verb_tells_what_it_wrote(self, checked_kitchen: Checked, packs: Packs, tmp_path: Path) -> None:
         command = ["pack", SCENE, "--zip", "--scenes-folder", str(checked_kitchen[0]), "--out", str(tmp_path / "k")]
         told = CliRunner().invoke(app, [*command, "--json"])
         assert told.exit_code == 0, told.output

@@ -132,9 +132,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Runs:
 class TestStopped:
     @pytest.mark.representatives(1)
     @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
-    def test_it_goes_on_and_its_bytes_are_those_of_a_run_that_was_not_stopped(
-        self, runs: Runs, whole: Runs, number: signal.Signals
-    ) -> None:
+    def test_it_goes_on_and_makes_the_same_bytes(self, runs: Runs, whole: Runs, number: signal.Signals) -> None:
         for after in (2, 5):
             stopped = runs.start("stopped")
             while len(runs.begun("stopped")) < after and stopped.poll() is None:
@@ -149,9 +147,7 @@ class TestStopped:
         assert len(begun) <= COUNT + 4
         assert f"of {COUNT} draws passed" in told
 
-    def test_any_number_of_jobs_makes_the_same_and_a_damaged_record_is_made_again(
-        self, runs: Runs, whole: Runs
-    ) -> None:
+    def test_any_number_of_jobs_makes_the_same_and_a_damaged_record_again(self, runs: Runs, whole: Runs) -> None:
         runs.finish("one", jobs=1)
         record = next((runs.folder / "one" / ".casa" / "cache" / FOLDER).iterdir())
         record.write_text(record.read_text(encoding="utf-8")[:-9], encoding="utf-8")

@@ -24,17 +24,7 @@ from casa_assets.library import attribution
 from casa_assets.library.library import Library
 from casa_assets.show import page as viewer
 from casa_assets.show.page import kitchen_report, page_template
-from casa_assets.show.page.page_template import (
-    MADE_BY,
-    ModelFiles,
-    Words,
-    folder_of,
-    model_script,
-    models_of,
-    viewer_name,
-    viewer_script,
-    write_models,
-)
+from casa_assets.show.page.page_template import ModelFiles, Words, viewer_name, viewer_script, write_models
 from casa_assets.show.reports import catalogue, findings, home, kitchens, library_page
 from casa_assets.show.reports.library_page import write
 from casa_assets.show.view import review, server
@@ -218,8 +208,8 @@ def test_the_lock_names_no_registry() -> None:
 
 def test_a_model_comes_out_as_it_went_in() -> None:
     glb = asset_glb(rigid_mug())
-    script = model_script("mug_0123456789", glb)
-    assert script == model_script("mug_0123456789", glb)
+    script = page_template.model_script("mug_0123456789", glb)
+    assert script == page_template.model_script("mug_0123456789", glb)
     match = re.fullmatch(rb'casaModel\("mug_0123456789","([A-Za-z0-9+/=]+)"\);\n', script)
     assert gzip.decompress(base64.b64decode(match[1])) == glb
 
@@ -228,10 +218,14 @@ def test_a_model_comes_out_as_it_went_in() -> None:
 def test_models_are_made_once_and_follow_their_assets_and_the_code_and_the_page_knows_where(tmp_path: Path) -> None:
     library = keep(tmp_path / "lib", loose_and_fixed())
     page = library / "report.html"
-    models = folder_of(page)
+    models = page_template.folder_of(page)
     names = {folder.name for folder in Library(library).accepted()}
     assert list(write_models(library, page, jobs=1)) == [(done, len(names)) for done in range(len(names) + 1)]
-    assert {path.name for path in models.iterdir()} == {MADE_BY, viewer_name(), *(f"{name}.glb.js" for name in names)}
+    assert {path.name for path in models.iterdir()} == {
+        page_template.MADE_BY,
+        viewer_name(),
+        *(f"{name}.glb.js" for name in names),
+    }
     times = {path.name: path.stat().st_mtime_ns for path in models.iterdir()}
     assert list(write_models(library, page, jobs=1)) == [(len(names), len(names))]
     assert {path.name: path.stat().st_mtime_ns for path in models.iterdir()} == times
@@ -241,7 +235,7 @@ def test_models_are_made_once_and_follow_their_assets_and_the_code_and_the_page_
     (corrected / "asset.json").touch()
     list(write_models(library, page, jobs=1))
     assert {path.name: path.read_bytes() for path in models.iterdir()} == before, "an asset was written again"
-    (models / MADE_BY).write_text("another version", encoding="utf-8")
+    (models / page_template.MADE_BY).write_text("another version", encoding="utf-8")
     (models / "viewer_0.js").write_text("of another version", encoding="utf-8")
     for path in models.glob("*.glb.js"):
         path.write_bytes(b"of another version")
@@ -251,7 +245,7 @@ def test_models_are_made_once_and_follow_their_assets_and_the_code_and_the_page_
     list(write_models(library, page, jobs=1))
     assert not (models / f"{gone.name}.glb.js").exists()
     files = {"folder": "./report_models", "suffix": ".glb.js", "viewer": f"./report_models/{viewer_name()}"}
-    for models, told in ((None, None), (models_of(page), files)):
+    for models, told in ((None, None), (page_template.models_of(page), files)):
         write(library, page, models=models)
         text = page.read_text(encoding="utf-8")
         (data,) = html.fromstring(text).xpath("//script[@id='data']/text()")
