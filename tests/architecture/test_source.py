@@ -54,21 +54,20 @@ def test_no_machine_or_index_is_named() -> None:
     assert found == []
 
 
+PINS = [line for line in (ROOT / "constraints.txt").read_text("utf-8").splitlines() if not line.startswith("#")]
+
+
 def test_constraints_are_names_and_versions() -> None:
-    lines = (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines()
-    pins = [line for line in lines if not line.startswith("#")]
-    assert pins
     pin = r"""[A-Za-z0-9_.-]+==[A-Za-z0-9_.+!-]+( ; python_version (<|>=) "3\.\d+")?"""
-    assert [line for line in pins if not re.fullmatch(pin, line)] == []
+    assert [line for line in PINS if not re.fullmatch(pin, line)] == []
 
 
 PYTHONS = ("3.11", "3.12", "3.13", "3.14")
 
 
 def test_every_requirement_has_a_lowest_version_and_a_pin_above_it() -> None:
-    lines = (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines()
     pins: dict[str, list[Requirement]] = {}
-    for pin in (Requirement(line) for line in lines if not line.startswith("#")):
+    for pin in map(Requirement, PINS):
         pins.setdefault(canonicalize_name(pin.name), []).append(pin)
     project, extras = SETTINGS["project"], SETTINGS["project"]["optional-dependencies"]
     # torch has builds for each kind of processor and card, so what the extra clip brings is not pinned.

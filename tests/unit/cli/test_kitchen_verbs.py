@@ -26,7 +26,6 @@ from casa_assets.layouts.run import sample as run
 from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult
 from casa_assets.model.issue import Issue, Report, Severity
 from casa_assets.show.stills import live_viewer
-from casa_assets.textures.run import check as texture_check
 from tests.support.library.libraries import command, no_workers
 
 RUNNER = CliRunner()
@@ -101,10 +100,6 @@ def test_sample_says_why_draws_fail(bad: int, code: int, monkeypatch: pytest.Mon
 def test_check_exits_with_one_on_faults(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     known = registry.load()
     strict = replace(known, limits={**known.limits, "texture_resolution": 1e6})
-    # The verb works in other processes, where a changed limit would not be seen; here it works in this one.
-    monkeypatch.setattr(
-        texture_check, "check_recipes", lambda wanted, cache, _: (texture_check.check_one(w, cache) for w in wanted)
-    )
     monkeypatch.setattr(registry, "load", lambda *_: strict)
     result = RUNNER.invoke(app, ["textures", "check", "beadboard_white", "--out", str(tmp_path)])
     assert result.exit_code == 1

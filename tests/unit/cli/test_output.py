@@ -39,6 +39,12 @@ def test_json_has_standard_output_for_itself_and_quiet_shows_what_failed(capsys:
         output.wrong("it failed")
         output.error("no result")
         assert capsys.readouterr() == expected
+    Output().look(Path("out/my library/mug"), "--library", "a'b")
+    assert capsys.readouterr() == ("", f"{LINE}'out/my library/mug' --library 'a'\"'\"'b'\n")
+    Output().look()
+    Output(as_json=True).look("mug")
+    Output(quiet=True).look("mug")
+    assert capsys.readouterr() == ("", "")
 
 
 def test_every_category_and_what_builds_it_is_listed() -> None:
@@ -95,15 +101,6 @@ def named(run: subprocess.CompletedProcess[str]) -> list[str]:
     last = run.stderr.splitlines()[-1]
     assert last.startswith(LINE), run.stderr
     return shlex.split(last.removeprefix(LINE))
-
-
-def test_words_are_quoted_and_json_and_quiet_say_nothing(capsys: pytest.CaptureFixture[str]) -> None:
-    Output().look(Path("out/my library/mug"), "--library", "a'b")
-    assert capsys.readouterr() == ("", f"{LINE}'out/my library/mug' --library 'a'\"'\"'b'\n")
-    Output().look()
-    Output(as_json=True).look("mug")
-    Output(quiet=True).look("mug")
-    assert capsys.readouterr() == ("", "")
 
 
 def test_the_first_asset_that_is_made_can_be_looked_at(boxes: Path, tmp_path: Path) -> None:

@@ -21,7 +21,6 @@ from casa_assets.layouts.order.build_order import KitchenRequest
 from casa_assets.layouts.order.furnish import LAMP_FROM_ISLAND_M, worktop_width
 from casa_assets.layouts.order.request import request_kitchen
 from casa_assets.layouts.order.room_shell import HOOD_DEPTH_M, beams_of
-from casa_assets.layouts.plan.runs import UnitSlot
 from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.layouts.run.resolve import params_of, preset_params, resolve
@@ -48,10 +47,6 @@ def kitchens(request: pytest.FixtureRequest) -> list[KitchenRequest]:
 
 def message(kitchen: KitchenRequest, *more: object) -> str:
     return f"{kitchen.plan.id} {dict(kitchen.parameters)}: {' '.join(map(str, more))}"
-
-
-def of_kind(kitchen: KitchenRequest, *kinds: BaseKind | UpperKind) -> list[UnitSlot]:
-    return [s for row in kitchen.slots.values() for s in row if s.kind in kinds]
 
 
 def test_nothing_is_foreseen_to_fail_at_any_size(kitchens: list[KitchenRequest]) -> None:
@@ -90,7 +85,7 @@ def test_fits_every_style(name: str, style: str) -> None:
     plan, _ = load_plan(name)
     for given in extremes(plan):
         kitchen = made(name, given, style)
-        assert of_kind(kitchen, *COOKERS)
+        assert [s for row in kitchen.slots.values() for s in row if s.kind in COOKERS]
         assert not list(_crowded(kitchen)), message(kitchen, *_crowded(kitchen))
         for (one, a), (other, b) in itertools.combinations(boxes(kitchen), 2):
             if min(one.top, other.top) - max(one.bottom, other.bottom) > PLAY:

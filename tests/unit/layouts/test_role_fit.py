@@ -104,14 +104,12 @@ class TestInPlans:
         presets = {**preset_params(), "library": LIBRARY}
         return request_kitchen(Plan.model_validate(raw), load_style("modern_1")[0], presets, roles=load_roles())
 
-    def test_the_open_door_of_an_oven_clears_the_drawer_below_it(self) -> None:
+    def test_open_doors_clear_the_drawer_below_and_have_room_beside(self) -> None:
         kitchen = self.kitchen(main_doors={"kind": "oven", "model": "library:wall_oven_0000000008", "width": None})
         (oven,) = (item for item in kitchen.items if item.role == "oven")
         (housing,) = (item for item in kitchen.items if item.name == "main_doors")
         assert oven.spot.z - 0.03 > housing.choice.params["niche_from"] + 0.009
         assert kitchen.slot("main_doors").width == pytest.approx(0.638)
-
-    def test_a_refrigerator_has_room_beside_it_for_its_doors(self) -> None:
         kitchen = self.kitchen(main_fridge={"model": "library:refrigerator_0000000007"})
         assert kitchen.slot("main_fridge").width == pytest.approx(0.9 + 2 * 0.115)
 

@@ -101,19 +101,15 @@ def test_chairs_stand_round_a_table_and_face_it(tmp_path: Path, style: str) -> N
 
 
 def test_a_column_stands_at_a_wall_and_one_in_the_room(tmp_path: Path) -> None:
-    columns = (
-        "columns:\n  pier: {wall: left, at: 2.0, width: 0.4, depth: 0.25}\n"
-        "  post: {wall: back, at: 3.0, from_wall: 3.0, shape: round, width: 0.2}\n"
-    )
+    columns = "columns:\n  pier: {wall: left, at: 2.0, width: 0.4, depth: 0.25}\n"
+    columns += "  post: {wall: back, at: 3.0, from_wall: 3.0, shape: round, width: 0.2}\n"
     kitchen = kitchen_of(PLAN + columns, tmp_path)
     pier, post = place(kitchen, "pier"), place(kitchen, "post")
-    assert pier[:, 0].min() == pytest.approx(0.0, abs=1e-6)
-    assert pier[:, 0].max() == pytest.approx(0.265, abs=1e-6)
+    assert (pier[:, 0].min(), pier[:, 0].max()) == pytest.approx((0.0, 0.265), abs=1e-6)
     assert pier[:, 1].mean() == pytest.approx(-4.4, abs=1e-6)
     assert post[:, 1].max() == pytest.approx(-3.0, abs=1e-6)
     assert pier[:, 2].max() == pytest.approx(2.7, abs=1e-6)
-    skirting = [i for i in kitchen.items if i.name.startswith("skirting_left")]
-    assert len(skirting) == 2
+    assert len([i for i in kitchen.items if i.name.startswith("skirting_left")]) == 2
 
 
 class TestNiches:
@@ -127,18 +123,15 @@ class TestNiches:
         assert (hole.left, hole.right) == pytest.approx((slot.left, slot.right))
         moved = place(kitchen, "main_fridge")[:, 1].mean() - place(plain, "main_fridge")[:, 1].mean()
         assert moved == pytest.approx(0.4)
-        shell = place(kitchen, "recess_cold")
-        assert shell[:, 1].min() == pytest.approx(0.0, abs=1e-6)
-        assert shell[:, 1].max() == pytest.approx(0.4 + 0.12, abs=1e-6)
+        shell = place(kitchen, "recess_cold")[:, 1]
+        assert (shell.min(), shell.max()) == pytest.approx((0.0, 0.4 + 0.12), abs=1e-6)
         post = f"{{wall: back, at: {slot.middle:.3f}, from_wall: 0.5, width: 0.1, depth: 0.1}}"
         assert kitchen_of(f"{text}{self.NICHE}columns:\n  post: {post}\n", tmp_path).room.columns, "it stands before it"
 
     def test_a_seat_has_its_window_in_its_back(self, tmp_path: Path) -> None:
-        text = PLAN + (
-            "openings:\n  seat: {kind: niche, wall: left, at: 2.0, width: 1.5, height: 1.6, sill: 0.45, depth: 0.5}\n"
-            "  pane: {kind: window, wall: seat, at: 0.75, width: 1.1, height: 1.0, sill: 0.9}\n"
-        )
-        kitchen = kitchen_of(text, tmp_path)
+        seat = "  seat: {kind: niche, wall: left, at: 2.0, width: 1.5, height: 1.6, sill: 0.45, depth: 0.5}\n"
+        pane = "  pane: {kind: window, wall: seat, at: 0.75, width: 1.1, height: 1.0, sill: 0.9}\n"
+        kitchen = kitchen_of(f"{PLAN}openings:\n{seat}{pane}", tmp_path)
         window = place(kitchen, "pane")
         assert window[:, 0].max() < -0.4
         shell = item(kitchen, "recess_seat").choice.params

@@ -86,17 +86,10 @@ def test_units_meet_without_gaps_in_a_blind_cabinet_and_a_strip(tmp_path: Path) 
     assert kitchen.slot("side_doors").hinge == "right"
 
 
-PENINSULA = (
-    PLAN.replace("      - drawers: [0.4, 0.9]\n", "")
-    .replace("    length: 1.9\n", "    length: 1.85\n")
-    .replace(
-        "corners:\n",
-        "  bar:\n    joins: {run: side, end: right}\n    length: 1.9\n    overhang: 0.3\n"
-        "    base:\n      - drawers: [0.4, 0.9]\n      - panel\n"
-        "corners:\n  - {runs: [side, bar], owner: bar}\n",
-    )
-    .replace("- doors: 0.45", "- doors: [0.4, 0.45]")
-)
+BAR = "  bar: {joins: {run: side, end: right}, length: 1.9, overhang: 0.3, base: [{drawers: [0.4, 0.9]}, panel]}\n"
+PENINSULA = PLAN.replace("      - drawers: [0.4, 0.9]\n", "").replace("- doors: 0.45", "- doors: [0.4, 0.45]")
+PENINSULA = PENINSULA.replace("    length: 1.9\n", "    length: 1.85\n")
+PENINSULA = PENINSULA.replace("corners:\n", f"{BAR}corners:\n  - {{runs: [side, bar], owner: bar}}\n")
 
 
 @pytest.mark.parametrize(("owner", "begin"), [("bar", 0.0), ("side", standard_sizes.WORKTOP_DEPTH)])
@@ -129,7 +122,7 @@ MISFITS = {
     "dangling corner": (PLAN.replace("[main, side]", "[main, sied]"), "", "corners.*", "got .*sied"),
     "run longer than its wall": (PLAN.replace("length: 1.9", "length: 3.9"), "3.9", "runs.side.length", ""),
     "walls that do not close": (
-        PLAN.replace(LEFT, "left: {heading: back, length: 2.5}"),
+        PLAN.replace(LEFT, f"{LEFT[:-1]}, length: 2.5}}"),
         "",
         ".*",
         "expected .*lead back.*, got",

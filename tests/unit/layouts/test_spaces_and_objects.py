@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -67,9 +68,8 @@ def test_everything_is_inside_its_space_and_apart() -> None:
         width, depth, height = space.size
         assert (np.abs(local[:, :2]) <= (width / 2, depth / 2)).all()
         assert ((local[:, 2] >= 0.0) & (local[:, 2] <= height)).all()
-    for i, one in enumerate(boxes):
-        for other in boxes[:i]:
-            assert (one[0] >= other[1] - 1e-4).any() or (other[0] >= one[1] - 1e-4).any()
+    for one, other in itertools.combinations(boxes, 2):
+        assert (one[0] >= other[1] - 1e-4).any() or (other[0] >= one[1] - 1e-4).any()
 
 
 class TestGroups:
@@ -156,13 +156,8 @@ def test_largest_box_is_the_best_of_all_rectangles(seed: int) -> None:
     rects = [(float(x), float(y), float(x + 0.02), float(y + 0.01)) for x, y in rng.uniform(-0.07, 0.06, (4, 2))]
     space = replace(small, taken=tuple(rects))
     free = free_cells(space)
-    best = max(
-        (i1 - i0) * (j1 - j0)
-        for i0 in range(14)
-        for i1 in range(i0 + 1, 15)
-        for j0 in range(11)
-        for j1 in range(j0 + 1, 12)
-        if free[i0:i1, j0:j1].all()
-    )
+    columns, rows = itertools.combinations(range(15), 2), list(itertools.combinations(range(12), 2))
+    every = [(i0, i1, j0, j1) for (i0, i1), (j0, j1) in itertools.product(columns, rows)]
+    best = max((i1 - i0) * (j1 - j0) for i0, i1, j0, j1 in every if free[i0:i1, j0:j1].all())
     size, _ = largest_box(space)
     assert round(size[0] * size[1] * 1e4) == best

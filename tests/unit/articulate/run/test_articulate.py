@@ -298,9 +298,8 @@ def test_the_user_goes_before_a_look_a_name_and_the_shape(tmp_path: Path, chest:
 
 
 def faults(asset: Asset, folder: Path) -> tuple[str, ...]:
-    known = registry.load()
-    contract = known.contracts.get(asset.contract or "")
-    return acceptance.unmet_checks(asset, category(asset), packed(asset, folder).root, contract, known.limits)
+    known, root = registry.load(), packed(asset, folder).root
+    return acceptance.unmet_checks(asset, category(asset), root, known.contracts.get(asset.contract), known.limits)
 
 
 def test_an_asset_lacks_nothing_of_its_contract_or_says_what(tmp_path: Path) -> None:
@@ -312,9 +311,8 @@ def test_an_asset_lacks_nothing_of_its_contract_or_says_what(tmp_path: Path) -> 
     found = faults(stiff, tmp_path / "stiff")
     assert found
     assert all(f.startswith("KIN") for f in found), "what does not move is said once the names are right"
-    asset = acceptance.without_contract(
-        hob(), tuple(f"CON001 joints/k{i}: is not there" for i in range(acceptance.MAX_LISTED_FAULTS + 2))
-    )
+    many = tuple(f"CON001 joints/k{i}: is not there" for i in range(acceptance.MAX_LISTED_FAULTS + 2))
+    asset = acceptance.without_contract(hob(), many)
     guess = asset.provenance.guesses[-1]
     assert (asset.contract, guess.subject, guess.value) == (None, "contract", "not stovetop")
     assert guess.reason.endswith("and 2 more")

@@ -26,17 +26,12 @@ Made = tuple[KitchenRequest, Scene]
 
 
 @pytest.fixture(scope="module")
-def plain(cache: Path) -> Made:
-    return build_scene(PLAIN, cache)
-
-
-@pytest.fixture(scope="module")
 def lived_in(cache: Path) -> Made:
     return build_scene(LIVED_IN, cache)
 
 
-def test_objects_are_at_rest_and_change_nothing_else(plain: Made, lived_in: Made) -> None:
-    (kitchen, before), (same, after) = plain, lived_in
+def test_objects_are_at_rest_and_change_nothing_else(cache: Path, lived_in: Made) -> None:
+    (kitchen, before), (same, after) = build_scene(PLAIN, cache), lived_in
     assert (same, before.objects, after.exclusions) == (kitchen, (), before.exclusions)
     assert after.placements[: len(before.placements)] == before.placements
     assert facts_of(same, after).fixtures == facts_of(kitchen, before).fixtures

@@ -194,9 +194,7 @@ def test_the_bundle_is_built_from_the_sources_beside_it_and_loads_nothing() -> N
     # Namespaces of XML are names and not loaded; three.js names its own pages in warnings.
     found = set(re.findall(rb"https?://[^\s\"'`)]+", viewer_script()))
     assert {url for url in found if not re.search(rb"w3\.org|threejs\.org|github\.com", url)} == set()
-
-
-def test_the_lock_names_no_registry() -> None:
+    # The lock names no registry.
     text = (BUNDLE / "package-lock.json").read_text(encoding="utf-8")
     assert "http" not in text
     packages = json.loads(text)["packages"]
@@ -221,11 +219,8 @@ def test_models_are_made_once_and_follow_their_assets_and_the_code_and_the_page_
     models = page_template.folder_of(page)
     names = {folder.name for folder in Library(library).accepted()}
     assert list(write_models(library, page, jobs=1)) == [(done, len(names)) for done in range(len(names) + 1)]
-    assert {path.name for path in models.iterdir()} == {
-        page_template.MADE_BY,
-        viewer_name(),
-        *(f"{name}.glb.js" for name in names),
-    }
+    made = {page_template.MADE_BY, viewer_name(), *(f"{name}.glb.js" for name in names)}
+    assert {path.name for path in models.iterdir()} == made
     times = {path.name: path.stat().st_mtime_ns for path in models.iterdir()}
     assert list(write_models(library, page, jobs=1)) == [(len(names), len(names))]
     assert {path.name: path.stat().st_mtime_ns for path in models.iterdir()} == times

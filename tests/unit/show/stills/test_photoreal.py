@@ -37,21 +37,14 @@ def room(*fixtures: dict[str, Any], deep: float = 4.0) -> dict[str, Any]:
     return {"room": shell, "cameras": [OVERVIEW], "fixtures": list(fixtures)}
 
 
-RANGE, FRIDGE = (
-    fixture("range", (2.0, -0.3, 0.45), (0.8, 0.6, 0.9)),
-    fixture("fridge", (0.5, -0.4, 0.9), (0.9, 0.7, 1.8)),
-)
-
-
-def forward(quaternion: tuple[float, float, float, float]) -> np.ndarray:
-    w, x, y, z = quaternion
-    # -z of the camera in the world.
-    return -np.array([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)])
+RANGE = fixture("range", (2.0, -0.3, 0.45), (0.8, 0.6, 0.9))
+FRIDGE = fixture("fridge", (0.5, -0.4, 0.9), (0.9, 0.7, 1.8))
 
 
 def test_the_eye_looks_level_at_things_on_the_wall() -> None:
     view = eye_view(room(RANGE, FRIDGE), "eye", WIDE)
-    ahead = forward(view.quaternion)
+    w, x, y, z = view.quaternion
+    ahead = -np.array([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)])
     assert view.position[2] == photoreal.EYE_M
     assert ahead[2] == pytest.approx(0.0, abs=1e-9)
     for target in ((2.0, -0.3), (0.5, -0.4)):

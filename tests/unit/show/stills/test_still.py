@@ -128,7 +128,6 @@ def test_without_opengl_the_error_says_what_to_install(box: Path, monkeypatch: p
     assert "egl: " not in str(error.value)
 
 
-_SIDES = (slice(-1), slice(1, None))
 SMALL = View(size_px=128, passes=6)
 RED = Material(id="red", base_color=(0.7, 0.05, 0.05, 1.0))
 BLUE = Material(id="blue", base_color=(0.05, 0.05, 0.7, 1.0))
@@ -142,11 +141,8 @@ def raw(*parts: RawPart) -> bytes:
     return still.render_model(RawModel(parts=parts, up=Up.Z, format="obj"), SMALL)
 
 
-def square(corners: list[tuple[float, float, float]]) -> Mesh:
-    return Mesh(vertices=np.array(corners), faces=np.array([[0, 1, 2], [0, 2, 3]]))
-
-
-FLAT = square([(0, 0, 0), (1, 0, 0), (1, 0, 1), (0, 0, 1)])
+CORNERS = [(0, 0, 0), (1, 0, 0), (1, 0, 1), (0, 0, 1)]
+FLAT = Mesh(vertices=np.array(CORNERS, dtype=np.float64), faces=np.array([[0, 1, 2], [0, 2, 3]]))
 SHAPES = {
     "box": box_mesh((1.0, 2.0, 3.0), (100.0, 0.0, 0.0)),
     "huge": box_mesh((1e6, 1e6, 1e6), (0.0, 0.0, 0.0)),
@@ -192,7 +188,7 @@ def test_an_image_has_its_first_row_at_the_top() -> None:
 def test_the_many_faces_of_a_mesh_are_drawn_as_a_coarse_one_would_be(monkeypatch: pytest.MonkeyPatch) -> None:
     x, z = np.meshgrid(np.linspace(0, 1, 64), np.linspace(0, 1, 64))
     at = np.arange(64 * 64).reshape(64, 64)
-    a, b, c, d = (at[rows, columns].ravel() for rows in (slice(-1), slice(1, None)) for columns in _SIDES)
+    a, b, c, d = (at[corners].ravel() for corners in itertools.product((slice(-1), slice(1, None)), repeat=2))
     faces = np.concatenate([np.stack([a, b, d], axis=1), np.stack([a, d, c], axis=1)])
     vertices = np.stack([x, 0.1 * np.sin(6 * x), z], axis=2).reshape(-1, 3)
     shades = np.stack([255 * x, 200 * z, 0 * x, 0 * x + 255], axis=2).reshape(-1, 4).astype(np.uint8)

@@ -75,11 +75,9 @@ def kitchen(tmp_path: Path) -> Iterator[ViewServer]:
     """A kitchen with a report."""
     folder = tmp_path / "galley__coastal"
     folder.mkdir()
-    (folder / "report.html").write_text('<p>report <img src="map.png">', encoding="utf-8")
-    (folder / "map.png").write_bytes(b"a picture that it names")
-    (folder / "scene.json").write_text("{}", encoding="utf-8")
-    (folder / "notes.txt").write_text("private", encoding="utf-8")
-    (tmp_path / "secret.html").write_text("private", encoding="utf-8")
+    files = {"report.html": '<p>report <img src="map.png">', "map.png": "a picture that it names", "scene.json": "{}"}
+    for name, text in {**files, "notes.txt": "private", "../secret.html": "private"}.items():
+        (folder / name).write_text(text, encoding="utf-8")
     (folder / "link.html").symlink_to(tmp_path / "secret.html")
     with serving(Kitchen(SceneRecipe("galley", "coastal"), tmp_path), bare) as server:
         assert wait_for(server, "galley__coastal")["is_ready"]
@@ -111,9 +109,8 @@ def test_steps_state_machines(microwave: ViewServer) -> None:
     on = of_json(ask(microwave, "step/microwave%2Fsteel", {**kept, "touched": ["start_button"], "dt_s": 0.1}))
     assert on["values"]["power"] == "on"
     assert "spin" in {effect["kind"] for effect in on["effects"]}
-    assert ask(microwave, "step/microwave%2Fsteel", {"placement": "fridge"})[0] == 400
-    assert ask(microwave, "step/nothing", {})[0] == 400
-    assert ask(microwave, "step/microwave%2Fsteel", ["no step"])[0] == 400
+    for name, step in (("microwave%2Fsteel", {"placement": "fridge"}), ("nothing", {}), ("microwave%2Fsteel", ["no"])):
+        assert ask(microwave, f"step/{name}", step)[0] == 400
 
 
 def test_answers_its_own_page_alone_and_through_a_tunnel_from_any_port(kitchen: ViewServer) -> None:
@@ -244,9 +241,10 @@ def test_an_asset_by_its_folder_its_file_and_its_id_and_alone_in_a_library(boxes
 def test_a_kitchen_by_its_id_its_folder_and_its_file(tmp_path: Path) -> None:
     recipe = SceneRecipe("one_wall_small", "coastal")
     assert find(KITCHEN, tmp_path, ()) == Kitchen(recipe, tmp_path)
-    folder = tmp_path / KITCHEN
-    folder.mkdir()
-    (folder / "scene.json").write_text("{}", encoding="utf-8")
+    folder, barn = tmp_path / KITCHEN, tmp_path / "barn__baroque"
+    for place in (folder, barn):
+        place.mkdir()
+        (place / "scene.json").write_text("{}", encoding="utf-8")
     (folder / "scene.xml").write_text("<mujoco/>", encoding="utf-8")
     by_path = Kitchen(recipe, tmp_path, is_named_by_path=True)
     assert find(str(folder), Path("elsewhere"), ()) == by_path
@@ -255,39 +253,28 @@ def test_a_kitchen_by_its_id_its_folder_and_its_file(tmp_path: Path) -> None:
     drawn = SceneRecipe("one_wall_small", "coastal", 7, objects=40, objects_seed=3)
     assert find(f"{KITCHEN}__s7__o40s3", tmp_path, ()) == Kitchen(drawn, tmp_path)
     # A scene of no recipe is left to MuJoCo.
-    folder = tmp_path / "barn__baroque"
-    folder.mkdir()
-    (folder / "scene.json").write_text("{}", encoding="utf-8")
     with pytest.raises(UnknownId, match="barn__baroque"):
-        find(str(folder), tmp_path, ())
-    (folder / "scene.xml").write_text("<mujoco/>", encoding="utf-8")
-    found = find(str(folder), tmp_path, ())
+        find(str(barn), tmp_path, ())
+    (barn / "scene.xml").write_text("<mujoco/>", encoding="utf-8")
+    found = find(str(barn), tmp_path, ())
     assert isinstance(found, ModelFile)
-    assert (found.path, "barn__baroque" in found.why) == (folder / "scene.xml", True)
+    assert (found.path, "barn__baroque" in found.why) == (barn / "scene.xml", True)
 
 
-def test_a_member_of_a_family_or_of_a_category(tmp_path: Path) -> None:
+def test_a_member_of_a_family_or_of_a_category_and_the_nearest_of_a_name_of_nothing(tmp_path: Path) -> None:
     titles = {
         "microwave": "microwave/",
         "microwave/steel": "microwave/steel",
         "apple": "apple/#0",
         "apple/3": "apple/#3",
     }
-    for name, title in {**titles, "apple/3": "apple/#3"}.items():
+    for name, title in titles.items():
         found = find(name, tmp_path, ())
         assert isinstance(found, Member)
         assert found.id.startswith(title)
         assert found.request.is_object == name.startswith("apple")
-
-
-def test_a_name_of_nothing_is_refused_with_the_nearest(tmp_path: Path) -> None:
-    for name, nearest in [
-        ("microwave/steal", "steel"),
-        ("microwav", "microwave"),
-        ("one_wall_smal__coastal", KITCHEN),
-        ("aple", "apple"),
-        ("apple/first", "apple/0"),
-    ]:
+    nearest_of = {"microwave/steal": "steel", "microwav": "microwave", "aple": "apple", "apple/first": "apple/0"}
+    for name, nearest in {**nearest_of, "one_wall_smal__coastal": KITCHEN}.items():
         with pytest.raises(UnknownId, match=nearest):
             find(name, tmp_path, ())
 
