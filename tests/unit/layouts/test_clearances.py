@@ -42,7 +42,7 @@ def test_handles_stand_out_as_far_as_is_said() -> None:
 def test_open_leaves_lie_where_they_were_foreseen(built: tuple[KitchenFacts, tuple[Leaf, ...]]) -> None:
     facts, leaves = built
     count = 0
-    for fixture, joint in ((fixture, joint) for fixture in facts.fixtures for joint in fixture.joints):
+    for fixture, joint in ((one, joint) for one in facts.fixtures for joint in one.joints):
         stands_on_worktop = 0.9 < fixture.bottom < 1.2
         opens = joint.swept_area is not None and joint.behind is None and "rack" not in joint.name
         if not fixture.unit or not opens or stands_on_worktop:

@@ -165,7 +165,7 @@ def test_any_mesh_gives_a_picture() -> None:
 def red_over_blue(png: bytes, apart: float) -> bool:
     red, _, blue = pixels(png).transpose(2, 0, 1)
     rows = [np.flatnonzero((a - b > apart).any(axis=1)).mean() for a, b in ((red, blue), (blue, red))]
-    return rows[0] < rows[1]
+    return bool(rows[0] < rows[1])
 
 
 def test_up_axis_of_the_file_is_respected_and_the_bytes_repeat() -> None:
