@@ -1,8 +1,12 @@
-"""What may stand in files of the project. What ruff can say of a source, ruff says (`./dev lint`)."""
+"""What may stand in files of the project, and import what. What ruff can say of a source, ruff says (`./dev lint`)."""
 
 from __future__ import annotations
 
+import os
 import re
+import shutil
+import subprocess
+import sys
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,6 +15,7 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 ROOT = Path(__file__).parents[2]
+SETTINGS = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 
 # Read-only text of the project; built things and what the user makes are not ours to judge.
 TEXT_SUFFIXES = {"", ".cfg", ".csv", ".json", ".md", ".obj", ".mtl", ".py", ".sh", ".toml", ".txt", ".yaml", ".yml"}
@@ -24,10 +29,6 @@ FORBIDDEN = [
     re.compile(r"https?://[^\s)>\"']*(pypi|pytho" + r"nhosted)", re.IGNORECASE),
     re.compile("(extra-)?index-u" + "rl"),
 ]
-
-
-def name_of(path: Path) -> str:
-    return path.relative_to(ROOT).as_posix()
 
 
 def texts() -> Iterator[Path]:
@@ -44,7 +45,7 @@ def texts() -> Iterator[Path]:
 
 def test_no_machine_or_index_is_named() -> None:
     found = [
-        f"{name_of(path)}:{number}: {pattern.pattern}"
+        f"{path.relative_to(ROOT).as_posix()}:{number}: {pattern.pattern}"
         for path in texts()
         for number, line in enumerate(path.read_text(encoding="utf-8", errors="replace").splitlines(), 1)
         for pattern in FORBIDDEN
@@ -53,24 +54,22 @@ def test_no_machine_or_index_is_named() -> None:
     assert found == []
 
 
+PINS = [line for line in (ROOT / "constraints.txt").read_text("utf-8").splitlines() if not line.startswith("#")]
+
+
 def test_constraints_are_names_and_versions() -> None:
-    lines = (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines()
-    pins = [line for line in lines if not line.startswith("#")]
-    assert pins
     pin = r"""[A-Za-z0-9_.-]+==[A-Za-z0-9_.+!-]+( ; python_version (<|>=) "3\.\d+")?"""
-    assert [line for line in pins if not re.fullmatch(pin, line)] == []
+    assert [line for line in PINS if not re.fullmatch(pin, line)] == []
 
 
 PYTHONS = ("3.11", "3.12", "3.13", "3.14")
 
 
 def test_every_requirement_has_a_lowest_version_and_a_pin_above_it() -> None:
-    lines = (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines()
     pins: dict[str, list[Requirement]] = {}
-    for pin in (Requirement(line) for line in lines if not line.startswith("#")):
+    for pin in map(Requirement, PINS):
         pins.setdefault(canonicalize_name(pin.name), []).append(pin)
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    extras = project["optional-dependencies"]
+    project, extras = SETTINGS["project"], SETTINGS["project"]["optional-dependencies"]
     # torch has builds for each kind of processor and card, so what the extra clip brings is not pinned.
     pinned = [*project["dependencies"], *(line for name, lines in extras.items() if name != "clip" for line in lines)]
     for requirement in map(Requirement, [*pinned, *extras["clip"]]):
@@ -85,3 +84,26 @@ def test_every_requirement_has_a_lowest_version_and_a_pin_above_it() -> None:
                 assert len(here) == 1, f"{requirement.name} has {len(here)} pins on Python {python}"
                 version = next(iter(here[0].specifier)).version
                 assert requirement.specifier.contains(version, prereleases=True), f"{requirement} excludes {version}"
+
+
+def lint(folder: Path) -> str:
+    """What the import linter says of the package in `folder`, with this project's contracts, and its exit code."""
+    command = [sys.executable, "-c", "from importlinter.cli import lint_imports_command as lint; lint()"]
+    words = [*command, "--no-cache", "--no-logo", "--config", str(ROOT / "pyproject.toml")]
+    environment = {**os.environ, "PYTHONPATH": str(folder), "COLUMNS": "200"}
+    done = subprocess.run(words, cwd=folder, env=environment, capture_output=True, text=True, check=False)
+    return f"{done.stdout}{done.stderr}exit code {done.returncode}"
+
+
+def test_import_contracts_hold_and_an_import_that_goes_up_is_told(tmp_path: Path) -> None:
+    contracts = {one["id"]: one["name"] for one in SETTINGS["tool"]["importlinter"]["contracts"]}
+    told = lint(ROOT)
+    assert f"{len(contracts)} kept, 0 broken" in told
+    assert told.endswith("exit code 0")
+    shutil.copytree(ROOT / "casa_assets", tmp_path / "casa_assets", ignore=shutil.ignore_patterns("__pycache__"))
+    with (tmp_path / "casa_assets" / "errors.py").open("a", encoding="utf-8") as file:
+        file.write("\nimport casa_assets.model.pose\n")
+    told = lint(tmp_path)
+    assert f"{contracts['layers']} BROKEN" in told
+    assert f"{len(contracts) - 1} kept, 1 broken" in told
+    assert told.endswith("exit code 1")

@@ -36,23 +36,16 @@ def called(monkeypatch: pytest.MonkeyPatch, *words: str) -> int:
 
 def test_a_failure_ends_nothing_and_is_run_again(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert called(monkeypatch) == 1
-    assert {name: done.result for name, done in certify.read().items()} == {
-        "first": "passed",
-        "second": "FAILED",
-        "third": "passed",
-    }
+    results = {"first": "passed", "second": "FAILED", "third": "passed"}
+    assert {name: done.result for name, done in certify.read().items()} == results
     assert not (place / "after").exists()
     (place / "mended").touch()
     (place / "out" / "first.txt").unlink()
     assert called(monkeypatch, "--resume") == 0
     assert not (place / "out" / "first.txt").exists(), "what has passed is not run again"
     assert (place / "after").exists()
-    page = (place / "certified.md").read_text(encoding="utf-8")
-    assert [line.split(" | ")[2:4] for line in page.splitlines()[-3:]] == [
-        ["passed", "3"],
-        ["passed", ""],
-        ["passed", ""],
-    ]
+    rows = (place / "certified.md").read_text(encoding="utf-8").splitlines()[-3:]
+    assert [row.split(" | ")[2:4] for row in rows] == [["passed", "3"], ["passed", ""], ["passed", ""]]
 
 
 def test_without_the_shared_data_nothing_is_run(
@@ -64,13 +57,10 @@ def test_without_the_shared_data_nothing_is_run(
     assert certify.read() == {}
 
 
-def test_keys_of_other_programs_are_recorded_where_all_have_passed_at_this_commit(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_keys_of_other_programs_are_recorded_where_all_have_passed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(certify, "_commit", lambda: "0123abcd")
-    every = [Part(n, "", (("pytest", f"tests/consumers/{n}"),)) for n in "ab"] + [
-        Part("c", "", (("pytest", "tests/unit"),))
-    ]
+    every = [Part(n, "", (("pytest", f"tests/consumers/{n}"),)) for n in "ab"]
+    every.append(Part("c", "", (("pytest", "tests/unit"),)))
     here, older = (certify.Record("passed", 1, "2026-11-29", commit) for commit in ("0123abcd", "99999999"))
     failed = certify.Record("FAILED", 1, "2026-11-29", "0123abcd")
     assert certify._programs_passed({"a": here, "b": here}, every)
@@ -91,7 +81,5 @@ def test_every_test_of_a_release_is_in_a_part() -> None:
     words = {word for part in parts() for command in part.commands for word in command}
     tests = Path(__file__).parents[1]
     for path in sorted(tests.rglob("test_*.py")):
-        folders = {
-            folder.relative_to(tests.parent).as_posix() for folder in path.parents if folder.is_relative_to(tests)
-        }
-        assert (folders | {path.relative_to(tests.parent).as_posix()}) & (words - {"tests"}), path
+        places = [place.relative_to(tests.parent) for place in (path, *path.parents) if place.is_relative_to(tests)]
+        assert {place.as_posix() for place in places} & (words - {"tests"}), path

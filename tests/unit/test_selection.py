@@ -12,14 +12,7 @@ ROOT = Path(__file__).parents[2]
 
 
 def test_the_nearest_that_fit_are_chosen() -> None:
-    tests = [
-        Reaching("a", 0),
-        Reaching("b", 1),
-        Reaching("c", 2),
-        Reaching("d", 2),
-        Reaching("e", 3),
-        Reaching("f", None),
-    ]
+    tests = [Reaching(name, steps) for name, steps in zip("abcdef", (0, 1, 2, 2, 3, None), strict=True)]
     seconds = {"a": 1.0, "b": 80.0, "c": 60.0, "d": 40.0, "e": 45.0, "f": 1.0}
     # `c` is long and imports nothing that was changed, `e` does not fit any more, `f` only starts the program.
     assert chosen(tests, seconds) == (["a", "b", "d"], 3)

@@ -125,6 +125,20 @@ def casa(*arguments: object, code: int | None = None, **environment: str) -> sub
     return ran(*command(*arguments), code=code, cwd=ROOT, env=variables, errors="surrogateescape")
 
 
+def hooked(hook: str, folder: Path, *arguments: object, **environment: str) -> subprocess.Popen[str]:
+    """Start the program with code that it and its workers run when they begin, written into a folder."""
+    (folder / "sitecustomize.py").write_text(hook, encoding="utf-8")
+    path = f"{folder}:{os.environ.get('PYTHONPATH', ROOT)}"
+    return subprocess.Popen(
+        command(*arguments),
+        cwd=ROOT,
+        env={**os.environ, "PYTHONPATH": path, **environment},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
 def casa_here(*arguments: object, **environment: str) -> subprocess.CompletedProcess[str]:
     """As `casa`, in this process and in seconds less: without its signals and its end by the system."""
     words = [str(word) for word in arguments]

@@ -15,13 +15,23 @@ from casa_assets.show.view.subject import Subject
 
 
 @contextmanager
-def serving(subject: Subject, make: Maker, pose: str = "") -> Iterator[ViewServer]:
-    with ViewServer(subject, Workshop(make), pose) as server:
+def running(server: Any) -> Iterator[Any]:
+    """A server in a thread of its own."""
+    with server:
         thread = Thread(target=server.serve_forever)
         thread.start()
+        try:
+            yield server
+        finally:
+            server.shutdown()
+            thread.join()
+
+
+@contextmanager
+def serving(subject: Subject, make: Maker, pose: str = "") -> Iterator[ViewServer]:
+    """A server on a free port."""
+    with running(ViewServer(subject, Workshop(make), pose)) as server:
         yield server
-        server.shutdown()
-        thread.join()
 
 
 def ask(server: ViewServer | ReviewServer, path: str, body: Any = None, **headers: str) -> tuple[int, bytes]:

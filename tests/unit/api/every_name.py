@@ -11,7 +11,7 @@ import casa_assets as casa
 from casa_assets.ext import plugins
 
 plan: casa.PlanInfo = casa.plans()["l_small"]
-bounds: casa.Bounds = plan.bounds[next(iter(plan.bounds))]
+bounds: casa.Bounds = plan.bounds["width"]
 style: casa.StyleInfo = casa.styles()["coastal"]
 family: casa.FamilyInfo = casa.families()["microwave"]
 walls: tuple[str, ...] = casa.surfaces()["wall"]
@@ -27,7 +27,6 @@ textures: casa.SurfaceTextures = kitchen.textures_of(model)
 textures.show({"wall": walls[1]})
 textures.upload(mujoco.Renderer(model))
 opened: casa.Asset | casa.Kitchen = casa.load(folder)
-room: trimesh.Scene = opened.to_trimesh("collision")
 opened.show("open", web=True)
 behaviors = casa.Behaviors(model)
 starts: casa.StartStates = casa.kitchen("l_small__coastal").start_states(model)
@@ -43,7 +42,6 @@ print(len(side_by_side), side_by_side.qpos, one_of_them.address("door"), one_of_
 states: casa.FixtureStates = behaviors.update(mujoco.MjData(model))
 state: str | None = states["microwave"]["power"]
 asset: casa.Asset = casa.build("microwave", "steel", width=0.6)
-drawn: casa.Asset = casa.build("microwave", seed=1, index=4)
 apple: casa.Asset = casa.build("apple", seed=1, index=4)
 report: casa.Report = asset.check()
 lying: list[casa.StablePose] = casa.stable_poses(asset, least=0.05)

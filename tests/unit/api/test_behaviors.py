@@ -29,16 +29,12 @@ STATES = (
 def room() -> Scene:
     """Two ovens with a hob between them, on the x axis."""
     heater = oven().replace(states=STATES)
-    return ready_to_simulate(
-        Scene(
-            id="room",
-            assets=(heater, hob()),
-            placements=tuple(
-                Placement(name=name, asset=asset, pose=Pose(position=(x, 0.0, 0.0)))
-                for name, asset, x in (("oven", heater.id, 0.0), ("hob", hob().id, 1.0), ("oven_2", heater.id, 2.0))
-            ),
-        )
+    places = (("oven", heater), ("hob", hob()), ("oven_2", heater))
+    placements = (
+        Placement(name=name, asset=asset.id, pose=Pose(position=(float(x), 0.0, 0.0)))
+        for x, (name, asset) in enumerate(places)
     )
+    return ready_to_simulate(Scene(id="room", assets=(heater, hob()), placements=tuple(placements)))
 
 
 class Bench:
@@ -100,11 +96,9 @@ def test_a_touched_key_starts_its_own_oven_until_the_door_opens(light: bool) -> 
 class TestStates:
     def test_a_knob_sets_its_burner(self) -> None:
         bench = Bench()
-        found = []
-        for angle in (0.0, 0.5, 2.0):
+        for angle, state in ((0.0, "off"), (0.5, "low"), (2.0, "high")):
             bench.turn("hob__knob_left_joint", angle)
-            found.append(bench.tick()["hob"]["burner_left"])
-        assert found == ["off", "low", "high"]
+            assert bench.tick()["hob"]["burner_left"] == state
 
     def test_a_joint_is_in_a_state_or_between_two(self) -> None:
         bench = Bench()
@@ -130,29 +124,25 @@ def model_with(rule: Rule, bodies: str) -> mujoco.MjModel:
     return mujoco.MjModel.from_xml_string(f"<mujoco>{head}<worldbody>{bodies}</worldbody></mujoco>")
 
 
+KEY = """<body name="object"><geom name="key" type="box" size=".1 .1 .1"/>
+  <body pos="0 0 .3"><joint name="lid" type="slide" axis="0 0 1" range="-.2 0"/><geom size=".11"/></body>
+  <body pos=".3 0 0"><body><geom size=".1"/><joint type="slide"/></body></body>
+</body>
+<body name="finger" pos="0 .3 0"><joint name="finger" type="slide" axis="0 1 0"/><geom size=".11"/></body>
+"""
+
+
 class TestOneAsset:
     def test_its_own_parts_do_not_press_its_keys(self) -> None:
-        model = model_with(
-            Rule(variable="power", to="on", when=(Condition(contact="key"),)),
-            """<body name="object"><geom name="key" type="box" size=".1 .1 .1"/>
-              <body pos="0 0 .3"><joint name="lid" type="slide" axis="0 0 1" range="-.2 0"/><geom size=".11"/></body>
-              <body pos=".3 0 0"><body><geom size=".1"/><joint type="slide"/></body></body>
-            </body>
-            <body name="finger" pos="0 .3 0"><joint name="finger" type="slide" axis="0 1 0"/><geom size=".11"/></body>
-            """,
-        )
+        model = model_with(Rule(variable="power", to="on", when=(Condition(contact="key"),)), KEY)
         data, behaviors = mujoco.MjData(model), casa.Behaviors(model)
-        data.joint("lid").qpos[0] = -0.1
-        mujoco.mj_forward(model, data)
-        assert data.ncon == 1
         assert behaviors.reset(data) == {"object": {"power": "off"}}
-        data.joint("finger").qpos[0] = -0.1
-        mujoco.mj_forward(model, data)
-        assert data.ncon == 2
-        assert behaviors.update(data) == {"object": {"power": "on"}}
+        for touching, (part, power) in enumerate((("lid", "off"), ("finger", "on")), start=1):
+            data.joint(part).qpos[0] = -0.1
+            mujoco.mj_forward(model, data)
+            assert data.ncon == touching
+            assert behaviors.update(data) == {"object": {"power": power}}
 
-
-class TestTime:
     def test_waiting_goes_by_the_time_of_the_simulation(self) -> None:
         turned = Condition(joint="dial", interval=(0.5, 1.0))
         dial = '<body name="object"><joint name="dial" range="0 1" limited="true"/><geom size=".1"/></body>'

@@ -19,15 +19,31 @@ from casa_assets.formats import mjcf
 from casa_assets.model.asset.parts import Cylinder
 from tests.support.asset.assets import rigid_mug, write_to
 from tests.support.asset.box_assets import plain_box
+from tests.support.library.libraries import ROOT
 
-ROOT = Path(__file__).parents[3]
 EVERY_NAME = Path(__file__).with_name("every_name.py")
 
 
-def test_importing_is_light() -> None:
-    code = "import casa_assets, sys; print(sorted({'numpy', 'mujoco', 'pydantic', 'typer'} & set(sys.modules)))"
-    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
-    assert done.stdout == "[]\n"
+COMPLETION = "from casa_assets.cli import options as o; o.complete_categories('m'); o.complete_textures('o')"
+PLAN_CHECK = """
+from casa_assets.layouts.check_plan.check import check_plan
+from casa_assets.registry.kitchens import load_style
+assert check_plan(open("registry/plans/u_large.yaml").read(), "u_large.yaml", load_style("modern_1")[0]).fits
+"""
+# What is begun often, and what would take longer to load than it takes itself.
+LIGHT = {
+    "import casa_assets": "numpy mujoco pydantic typer",
+    "import casa_assets.cli.main": "numpy pydantic yaml scipy mujoco PIL pxr",
+    f"{COMPLETION}; o.complete_plans('')": "numpy pydantic yaml scipy mujoco casa_assets.registry",
+    PLAN_CHECK: "scipy mujoco pxr trimesh casa_assets.families",
+}
+
+
+def test_what_is_begun_often_is_light() -> None:
+    for code, heavy in LIGHT.items():
+        code = f"import sys\n{code}\nprint({set(heavy.split())} & set(sys.modules))"
+        done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+        assert done.stdout == "set()\n", code
 
 
 def test_every_name_is_there() -> None:
@@ -61,9 +77,8 @@ import casa_assets as casa
 from casa_assets import {name}
 print(casa.{name}.__name__, {name} is casa.{name}, sys.modules["casa_assets.{name}"].__path__ != [])
 """
-    told = subprocess.run(
-        [sys.executable, "-c", "import sys" + code], cwd=ROOT, capture_output=True, text=True, check=True
-    )
+    words = [sys.executable, "-c", "import sys" + code]
+    told = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=True)
     assert told.stdout == f"{name} True True\n"
 
 
@@ -120,7 +135,7 @@ def test_what_there_is_to_choose_from() -> None:
     assert casa.kitchen(f"{plain}__closed__o40", seed=0).id == f"{plain}__s0__closed__o40"
 
 
-def test_wrong_words(subtests: pytest.Subtests) -> None:
+def test_wrong_words() -> None:
     wall = {"wal": "brick_red_running"}
     for function, words, options, kind, told in [
         (casa.kitchen, ("galley", "rustik"), {}, casa.UnknownId, "rustic"),
@@ -135,7 +150,7 @@ def test_wrong_words(subtests: pytest.Subtests) -> None:
         (casa.ingest, ("nowhere.obj",), {}, casa.OutputError, "no such"),
         (casa.load, (".",), {}, casa.OutputError, "neither"),
     ]:
-        with subtests.test(words=words, told=told), pytest.raises(kind, match=told):
+        with pytest.raises(kind, match=told):
             function(*words, **options)
 
 

@@ -44,15 +44,10 @@ def disc(middle: tuple[float, float, float], radius: float, depth: float, sides:
     ring = np.stack([np.cos(angle) * radius, np.zeros(sides), np.sin(angle) * radius], axis=1) + np.array(middle)
     back = ring + np.array([0.0, depth, 0.0])
     points = np.concatenate([ring, back, [middle], [np.array(middle) + np.array([0.0, depth, 0.0])]])
-    faces = []
-    for i in range(sides):
-        j = (i + 1) % sides
-        faces += [
-            (i, j, 2 * sides),
-            (j, i, sides + i),
-            (j, sides + i, sides + j),
-            (sides + j, sides + i, 2 * sides + 1),
-        ]
+    faces, n = [], sides
+    for i in range(n):
+        j = (i + 1) % n
+        faces += [(i, j, 2 * n), (j, i, n + i), (j, n + i, n + j), (n + j, n + i, 2 * n + 1)]
     return points, np.array(faces, dtype=np.int64)
 
 
@@ -104,8 +99,7 @@ def drawers() -> tuple[Floats, Ints, Ints]:
         parts += [
             box((0.002, -0.02, z), (0.498, 0.0, z + 0.29)),
             box((0.15, -0.06, z + 0.14), (0.35, -0.02, z + 0.155)),
-            box((0.03, 0.0, z + 0.03), (0.04, 0.45, z + 0.2)),
-            box((0.46, 0.0, z + 0.03), (0.47, 0.45, z + 0.2)),
+            *(box((x, 0.0, z + 0.03), (x + 0.01, 0.45, z + 0.2)) for x in (0.03, 0.46)),
             box((0.04, 0.0, z + 0.03), (0.46, 0.45, z + 0.04)),
             box((0.04, 0.44, z + 0.04), (0.46, 0.45, z + 0.2)),
         ]

@@ -8,14 +8,7 @@ import numpy as np
 import pytest
 
 from casa_assets import registry
-from casa_assets.articulate.kinds import (
-    KIND_NAMES,
-    KIND_TRAITS,
-    PlacedPart,
-    RuntimeName,
-    kind_named,
-    runtime_names,
-)
+from casa_assets.articulate.kinds import KIND_NAMES, KIND_TRAITS, PlacedPart, RuntimeName, kind_named, runtime_names
 from casa_assets.articulate.plan import HingeEdge, JointPlan, PartKind
 from casa_assets.articulate.runtime_places import (
     Burner,
@@ -38,29 +31,26 @@ from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec2, Vec3
 from tests.support.asset.articulated_assets import microwave
 from tests.support.asset.asset_parts import box_inertial
-from tests.unit.articulate.blocks import Part, box, disc, plan_of, together
+from tests.unit.articulate.blocks import Part, box, disc, lattice, plan_of, together
 
 SLIDES = frozenset({PartKind.DRAWER, PartKind.BUTTON, PartKind.TRAY})
+
+
+SMALL = (0.02, 0.02, 0.02)
 
 
 def at(
     name: str,
     kind: PartKind,
     middle: Vec3,
-    size: Vec3 = (0.02, 0.02, 0.02),
+    size: Vec3 = SMALL,
     edge: HingeEdge | None = None,
     turns: bool | None = None,
 ) -> PlacedPart:
     """A part of a kind with its middle there."""
     hinged = kind not in SLIDES if turns is None else turns
-    joint = JointPlan(
-        kind=JointKind.HINGE if hinged else JointKind.SLIDE,
-        axis=(0.0, 0.0, 1.0),
-        anchor=middle,
-        range=(0.0, 1.0),
-        endless=kind is PartKind.TRAY and hinged,
-        edge=edge,
-    )
+    moves, endless = JointKind.HINGE if hinged else JointKind.SLIDE, kind is PartKind.TRAY and hinged
+    joint = JointPlan(kind=moves, axis=(0, 0, 1), anchor=middle, range=(0, 1), endless=endless, edge=edge)
     return PlacedPart(plan_of(name, kind, np.empty(0, dtype=np.int64), joint), np.array(middle), np.array(size))
 
 
@@ -118,16 +108,13 @@ NAMED: list[tuple[list[PlacedPart], str, dict[str, str]]] = [
 ]
 
 
-def test_parts_have_the_names_that_runtimes_look_for(subtests: pytest.Subtests) -> None:
+def test_parts_have_the_names_that_runtimes_look_for() -> None:
     for places, category, wanted in NAMED:
-        with subtests.test(category=category, wanted=wanted):
-            found = {part: name.joint for part, name in runtime_names(places, category, BURNERS).items()}
-            stem = "knob_" if category in ("hob", "wall_oven", "toaster_oven") else ""
-            joints = {part: w if w.endswith("hinge") else f"{stem}{w}_joint" for part, w in wanted.items()}
-            assert found == joints
-
-
-def test_the_knob_in_the_middle_of_a_range_is_that_of_its_oven() -> None:
+        found = {part: name.joint for part, name in runtime_names(places, category, BURNERS).items()}
+        stem = "knob_" if category in ("hob", "wall_oven", "toaster_oven") else ""
+        joints = {part: w if w.endswith("hinge") else f"{stem}{w}_joint" for part, w in wanted.items()}
+        assert found == joints, category
+    # The knob in the middle of a range is that of its oven.
     names = runtime_names([*FIVE, FOLDS], "range", BURNERS)
     found = {part: names[part].joint for part in ("k2", "k0", "k4", "door")}
     knob = {"k2": "knob_temp_joint", "k0": "knob_front_left_joint", "k4": "knob_front_right_joint"}
@@ -135,8 +122,7 @@ def test_the_knob_in_the_middle_of_a_range_is_that_of_its_oven() -> None:
 
 
 def test_the_lowest_keys_of_a_microwave_stop_and_start_it() -> None:
-    keys = [(0.40, 0.2), (0.44, 0.2), (0.40, 0.16), (0.44, 0.16)]
-    places = [at(f"b{i}", PartKind.BUTTON, (x, -0.2, z)) for i, (x, z) in enumerate(keys)]
+    places = [at(f"b{i}", PartKind.BUTTON, (0.4 + 0.04 * (i % 2), -0.2, 0.2 - 0.04 * (i // 2))) for i in range(4)]
     places += [LEFT, at("disc", PartKind.TRAY, (0, 0, 0.05), turns=True)]
     assert runtime_names(places, "microwave") == {
         "b3": RuntimeName("start_button", "start_button_joint", "start_button"),
@@ -163,11 +149,15 @@ def mesh(*parts: Part) -> Mesh:
     return Mesh(vertices=vertices, faces=faces)
 
 
-def shape(name: str, low: Vec3, high: Vec3) -> Collider:
+def spot(low: Vec3, high: Vec3) -> tuple[Pose, Vec3]:
+    """Pose and size of what is between two corners."""
     a, b = np.array(low), np.array(high)
-    x, y, z = (a + b) / 2
-    size = tuple(float(s) for s in b - a)
-    return Collider(name=name, shape=Box(size=size), substance="steel", pose=Pose(position=(x, y, z)))
+    return Pose(position=((a + b) / 2).tolist()), tuple((b - a).tolist())
+
+
+def shape(name: str, low: Vec3, high: Vec3) -> Collider:
+    pose, size = spot(low, high)
+    return Collider(name=name, shape=Box(size=size), substance="steel", pose=pose)
 
 
 def link(name: str, boards: Boards, parent: str | None = "object", label: str | None = None) -> Link:
@@ -190,9 +180,8 @@ def thing(*links: Link, slides: tuple[str, ...] = (), regions: tuple[Region, ...
 
 
 def region(low: Vec3, high: Vec3, name: str = "room") -> Region:
-    a, b = np.array(low), np.array(high)
-    x, y, z = (a + b) / 2
-    return Region(name=name, pose=Pose(position=(x, y, z)), size=tuple(float(s) for s in b - a))
+    pose, size = spot(low, high)
+    return Region(name=name, pose=pose, size=size)
 
 
 def upright(part: Part) -> Part:
@@ -227,6 +216,15 @@ class TestBurners:
         for places in ([], FOUR[:1], CROWDED):
             assert find_burners(hob(places)) == ()
 
+    def test_rings_with_nothing_inside_are_burners_at_the_height_of_their_rim(self) -> None:
+        around = np.linspace(0, 2 * np.pi, 25)
+        circle = np.stack([np.cos(around), np.sin(around), 0 * around], axis=1)
+        rims = [np.concatenate([circle * 0.08, circle * 0.075]) + np.array([x, y, 0.9]) for x, y, _ in FOUR]
+        seen = (Visual(name=f"r{i}", mesh=mesh((rim, lattice(2, 25))), material="enamel") for i, rim in enumerate(rims))
+        found = find_burners(thing(hob([]).root.replace(visuals=tuple(seen))))
+        assert [b.loc for b in found] == ["front_left", "rear_left", "front_right", "rear_right"]
+        assert {b.middle[2] for b in found} == {0.9}
+
     def test_a_knob_gives_its_burner_a_flame(self) -> None:
         asset = hob(FOUR)
         knob = link("knob_front_left", {"dial": ((-0.22, -0.24, 0.045), (-0.2, -0.22, 0.06))}, label="knob")
@@ -243,12 +241,8 @@ class TestBurners:
 
 class TestRooms:
     def test_shelves_and_boards_part_a_room(self) -> None:
-        boards = {
-            **CARCASS,
-            "shelf": ((-0.28, -0.28, 0.4), (0.28, 0.28, 0.418)),
-            "middle": ((-0.01, -0.28, 0.02), (0.01, 0.28, 0.78)),
-        }
-        asset = thing(link("object", boards, None))
+        shelf, middle = ((-0.28, -0.28, 0.4), (0.28, 0.28, 0.418)), ((-0.01, -0.28, 0.02), (0.01, 0.28, 0.78))
+        asset = thing(link("object", {**CARCASS, "shelf": shelf, "middle": middle}, None))
         found = split_by_shelves(asset, region((-0.279, -0.27, 0.021), (0.279, 0.27, 0.779)))
         boxes = [tuple(np.round(np.concatenate(region_bounds(asset, r))[[0, 3, 2, 5]], 3)) for r in found]
         assert len(found) == 4
@@ -273,15 +267,16 @@ class TestRooms:
         assert region_bounds(asset, found[0])[0][2] == pytest.approx(0.02, abs=1e-3)
 
     def test_what_is_over_a_rack_moves_with_it(self) -> None:
-        rack = {"floor": ((-0.25, -0.25, 0.3), (0.25, 0.25, 0.31)), "rim": ((-0.25, -0.25, 0.31), (0.25, -0.24, 0.4))}
-        asset = thing(link("object", CARCASS, None), link("rack0", rack, label="rack"), slides=("rack0",))
+        def with_rack(boards: Boards) -> Asset:
+            return thing(link("object", CARCASS, None), link("rack0", boards, label="rack"), slides=("rack0",))
+
+        floor, rim = ((-0.25, -0.25, 0.3), (0.25, 0.25, 0.31)), ((-0.25, -0.25, 0.31), (0.25, -0.24, 0.4))
+        asset = with_rack({"floor": floor, "rim": rim})
         room = region_over_rack(asset, "rack0", [region((-0.279, -0.27, 0.021), (0.279, 0.27, 0.4))])
-        assert room is not None
         assert room.link == "rack0"
         low, high = region_bounds(asset, room)
         assert (low[2], high[2]) == pytest.approx((0.31, 0.39), abs=1e-3)
         below = region_below_racks(asset, region((-0.279, -0.27, 0.021), (0.279, 0.27, 0.779)))
-        assert below is not None
         assert region_bounds(asset, below)[1][2] == pytest.approx(0.29, abs=1e-3)
         assert region_below_racks(asset, region((-0.279, -0.27, 0.26), (0.279, 0.27, 0.779))) is None
         wire = {"wire": ((-0.0003, -0.0003, 0.3), (0.0003, 0.0003, 0.302))}
@@ -296,7 +291,6 @@ class TestRooms:
         }
         asset = thing(link("object", CARCASS, None), link("drawer", tub, label="drawer"), slides=("drawer",))
         room = region_in_drawer(asset, "drawer")
-        assert room is not None
         assert region_bounds(asset, room)[0][2] == pytest.approx(0.31, abs=1e-3)
         solid = {"block": ((-0.2, -0.25, 0.3), (0.2, 0.2, 0.45))}
         asset = thing(link("object", CARCASS, None), link("drawer", solid, label="drawer"), slides=("drawer",))
@@ -322,12 +316,10 @@ class TestHollows:
             "left": ((-0.1, -0.15, 0.03), (-0.09, 0.0, 0.22)),
             "right": ((0.09, -0.15, 0.03), (0.1, 0.0, 0.22)),
         }
-        place = find_cup_niche(thing(link("object", machine, None)))
-        assert place is not None
-        assert (place[0][2], place[1][2]) == pytest.approx((0.03, 0.22), abs=3e-3)
-        middle = (place[0] + place[1]) / 2
-        assert middle[0] == pytest.approx(0.0, abs=3e-3)
-        assert -0.15 <= middle[1] <= 0.0
+        low, high = find_cup_niche(thing(link("object", machine, None)))
+        assert (low[2], high[2]) == pytest.approx((0.03, 0.22), abs=3e-3)
+        assert (low[0] + high[0]) / 2 == pytest.approx(0.0, abs=3e-3)
+        assert -0.15 <= (low[1] + high[1]) / 2 <= 0.0
         assert find_cup_niche(thing(link("object", {"block": machine["back"]}, None))) is None
 
     def test_slots_are_long_and_narrow_and_deep(self) -> None:
@@ -349,7 +341,7 @@ class TestHollows:
         assert find_toaster_slots(thing(link("object", CARCASS, None))) == []
 
 
-def test_a_contract_is_aimed_at_by_what_opens(subtests: pytest.Subtests) -> None:
+def test_a_contract_is_aimed_at_by_what_opens() -> None:
     for names, category, contract in [
         (("leftdoorhinge", "rightdoorhinge"), "base_cabinet", "hinge_cabinet"),
         (("doorhinge", "slidejoint"), "wall_cabinet", "single_cabinet"),
@@ -359,17 +351,12 @@ def test_a_contract_is_aimed_at_by_what_opens(subtests: pytest.Subtests) -> None
         (("microjoint",), "microwave", "microwave"),
         (("knob_0_joint",), "blender", None),
     ]:
-        with subtests.test(names=names, category=category, contract=contract):
-            links = [link("object", CARCASS, None)]
-            links += [link(f"part{i}", {"a": CARCASS["left"]}) for i in range(len(names))]
-            joints = tuple(
-                Joint(name=n, child=f"part{i}", kind=JointKind.HINGE, axis=(0.0, 0.0, 1.0), range=(0.0, 1.5))
-                for i, n in enumerate(names)
-            )
-            assert contract_for(thing(*links).replace(joints=joints), category) == contract
-
-
-SMALL = (0.02, 0.02, 0.02)
+        joints = [
+            Joint(name=n, child=f"part{i}", kind=JointKind.HINGE, axis=(0.0, 0.0, 1.0), range=(0.0, 1.5))
+            for i, n in enumerate(names)
+        ]
+        links = [link("object", CARCASS, None), *(link(j.child, {"a": CARCASS["left"]}) for j in joints)]
+        assert contract_for(thing(*links).replace(joints=tuple(joints)), category) == contract, names
 
 
 def operated(joints: dict[str, Vec2], keys: tuple[str, ...] = (), sites: tuple[str, ...] = ()) -> Asset:
@@ -394,7 +381,6 @@ class Run:
 
     def __init__(self, asset: Asset, category: str) -> None:
         behavior = behavior_for(asset, category)
-        assert behavior is not None
         self.machine: BehaviorState = start_behavior(behavior)
         self.joints = {j.name: 0.0 for j in asset.joints}
         self.go()
@@ -472,7 +458,9 @@ def test_what_has_no_controls_has_no_states() -> None:
     assert behavior_for(operated({"doorhinge": (-1.57, 0.0)}), "base_cabinet") is None
 
 
-def test_whole_words_name_a_kind(subtests: pytest.Subtests) -> None:
+def test_whole_words_name_a_kind_and_every_kind_is_a_fixture_of_the_registry() -> None:
+    fixtures = registry.load().fixtures
+    assert set(KIND_NAMES) | set(KIND_TRAITS) <= set(fixtures)
     for hint, kind in [
         ("kitchenMicrowave", "microwave"),
         ("kitchen-stove_02", "range"),
@@ -485,12 +473,5 @@ def test_whole_words_name_a_kind(subtests: pytest.Subtests) -> None:
         ("strange", None),
         ("mesh_0042", None),
     ]:
-        with subtests.test(hint=hint, kind=kind):
-            found = kind_named([hint])
-            assert (found.id if found else None) == kind
-
-
-def test_every_kind_is_a_fixture_of_the_registry() -> None:
-    fixtures = registry.load().fixtures
-    assert set(KIND_NAMES) <= set(fixtures)
-    assert set(KIND_TRAITS) <= set(fixtures)
+        found = kind_named([hint])
+        assert (found.id if found else None) == kind, hint

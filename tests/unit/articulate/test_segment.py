@@ -11,10 +11,7 @@ import numpy as np
 import pytest
 
 from casa_assets.articulate.controls.controls import find_controls, group_controls
-from casa_assets.articulate.frame import (
-    given_frame,
-    guess_frame,
-)
+from casa_assets.articulate.frame import given_frame, guess_frame
 from casa_assets.articulate.plan import Articulation, HingeEdge, PartKind
 from casa_assets.articulate.segment import orthographic
 from casa_assets.articulate.segment.cutting import CutPlane, cut_triangles
@@ -49,7 +46,6 @@ from tests.unit.articulate.blocks import (
     together,
 )
 
-Solids = tuple[Floats, Ints, Ints]
 pytestmark = pytest.mark.content("code", "articulate", keep=0)
 
 
@@ -57,12 +53,11 @@ def test_boxes_that_share_a_face_stay_two_fragments() -> None:
     vertices, faces, owner = together(box((0, 0, 0), (1, 1, 1)), box((1, 0, 0), (2, 1, 1)))
     mesh = weld_triangles(vertices, faces)
     assert len(mesh.points) == 12
-    label = mesh.fragment_labels
-    assert label.tolist() == owner.tolist()
+    assert mesh.fragment_labels.tolist() == owner.tolist()
 
 
 @pytest.mark.parametrize("make", [microwave, drawers])
-def test_each_part_is_a_fragment_whatever_the_order_and_if_all_is_written_twice(make: Callable[[], Solids]) -> None:
+def test_each_part_is_a_fragment_in_any_order(make: Callable[[], tuple[Floats, Ints, Ints]]) -> None:
     vertices, faces, owner = make()
     order = np.random.default_rng(1).permutation(len(faces))
     twice = np.concatenate([faces, faces[:, [0, 2, 1]]])
@@ -72,20 +67,13 @@ def test_each_part_is_a_fragment_whatever_the_order_and_if_all_is_written_twice(
         assert len(pairs) == int(label.max()) + 1 == int(owner.max()) + 1
 
 
-def open_box(lower: tuple[float, float, float], upper: tuple[float, float, float], side: int, sign: int) -> tuple:
-    """A box without the faces that look along `sign` times the axis `side`."""
-    vertices, faces = box(lower, upper)[:2]
-    corners = vertices[faces]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    return vertices, faces[normals[:, side] * sign <= 0.0]
-
-
 def test_pieces_that_were_pulled_out_of_the_body_stay_apart() -> None:
-    body = open_box((0, 0, 0), (1, 1, 1), 1, -1)
-    door = open_box((0, -0.1, 0), (1, 0, 1), 1, 1)
-    vertices, faces, owner = together(body, door)
-    mesh = weld_triangles(vertices, faces)
-    found = segmentations(mesh)
+    """Boxes without the faces in which they meet."""
+    parts = []
+    for points, rows in (box((0, 0, 0), (1, 1, 1)), box((0, -0.1, 0), (1, 0, 1))):
+        parts.append((points, rows[(points[rows][..., 1] != 0.0).any(axis=1)]))
+    vertices, faces, owner = together(*parts)
+    found = segmentations(weld_triangles(vertices, faces))
     assert int(found[Segmentation.WELDED].max()) == 0
     assert found[Segmentation.PIECES].tolist() == owner.tolist()
 
@@ -114,13 +102,11 @@ def test_vertices_that_are_copied_for_their_normals_join_a_piece() -> None:
 
 
 def test_nodes_of_a_file_are_a_way_to_split_it() -> None:
-    parts = tuple(
-        RawPart(
-            name=f"p{i}", mesh=box_mesh((1, 1, 1), (i // 2, 0, i)), material=Material(id="m"), nodes=(f"n{i // 2}",)
-        )
-        for i in range(6)
-    )
-    found = segmentations(weld_model(RawModel(parts=parts, format="glb")))
+    parts, look = [], Material(id="m")
+    for i in range(6):
+        mesh = box_mesh((1, 1, 1), (i // 2, 0, i))
+        parts.append(RawPart(name=f"p{i}", mesh=mesh, material=look, nodes=(f"n{i // 2}",)))
+    found = segmentations(weld_model(RawModel(parts=tuple(parts), format="glb")))
     assert int(found[Segmentation.NODES].max()) == 2
 
 
@@ -146,7 +132,7 @@ def pulled_out(height: float) -> tuple[WeldedMesh, np.ndarray[tuple[int], np.dty
     return weld_triangles(triangles.reshape(-1, 3), np.arange(triangles.size // 3).reshape(-1, 3)), is_block
 
 
-def test_what_stands_out_of_a_hole_of_a_flat_sheet_is_a_fragment() -> None:
+def test_what_stands_out_of_a_hole_of_a_flat_sheet_or_at_a_concave_crease_is_a_fragment() -> None:
     mesh, is_block = pulled_out(0.1)
     assert int(mesh.fragment_labels.max()) == 0
     sheets = find_flat_sheets(mesh)
@@ -154,10 +140,6 @@ def test_what_stands_out_of_a_hole_of_a_flat_sheet_is_a_fragment() -> None:
     split = split_at_holes(mesh, sheets)
     assert len(np.unique(split)) == 2
     assert len(np.unique(split[is_block])) == 1
-
-
-def test_what_stands_out_at_a_concave_crease_is_a_fragment() -> None:
-    mesh, is_block = pulled_out(0.1)
     labels = segmentations(mesh)[Segmentation.CREASES]
     assert len(set(labels[is_block].tolist())) == 1
     assert set(labels[is_block].tolist()).isdisjoint(labels[~is_block].tolist())
@@ -202,35 +184,25 @@ def test_knobs_between_slots_stand_out_of_their_ground() -> None:
     assert len(relief.blobs) == 3
 
 
-WIDE = np.full(3, 10.0)
-
-
-def test_a_box_cut_across_stays_closed_and_keeps_its_surface() -> None:
+def test_a_box_cut_across_stays_closed_and_keeps_its_surface_and_a_blade_cuts_within_its_limits_alone() -> None:
     points, faces = box((0, 0, 0), (1, 1, 1))
-    done = cut_triangles(points, faces, [CutPlane(FRONT, 0, 0.3, -WIDE, WIDE), CutPlane(TOP, 1, 0.6, -WIDE, WIDE)])
+    wide = np.full(3, 10.0)
+    done = cut_triangles(points, faces, [CutPlane(FRONT, 0, 0.3, -wide, wide), CutPlane(TOP, 1, 0.6, -wide, wide)])
     after = done.interpolate(points)
     assert is_closed(done.faces)
     assert face_normals(after, done.faces)[1].sum() == pytest.approx(6.0)
     for axis, at in ((0, 0.3), (1, 0.6)):
         along = after[done.faces][:, :, axis]
         assert ((along.max(axis=1) <= at + 1e-12) | (along.min(axis=1) >= at - 1e-12)).all()
-
-
-def test_a_blade_cuts_within_its_limits_alone() -> None:
-    points, faces = box((0, 0, 0), (1, 1, 1))
     low, high = np.array([0.0, 0.0, -0.1]), np.array([1.0, 1.0, 0.1])
     done = cut_triangles(points, faces, [CutPlane(FRONT, 0, 0.5, low, high)])
-    after = done.interpolate(points)
-    fresh = after[len(points) :]
+    fresh = done.interpolate(points)[len(points) :]
     assert len(fresh)
     assert (fresh[:, 1] <= 0.1 + 1e-5).all()
     assert is_closed(done.faces)
 
 
-Shape = tuple[np.ndarray, np.ndarray]
-
-
-def fused(*parts: Shape) -> Shape:
+def fused(*parts: Part) -> Part:
     """The outer surface of solids, as one."""
     solids = []
     for points, faces in parts:
@@ -243,7 +215,7 @@ def fused(*parts: Shape) -> Shape:
 
 
 @cache
-def oven() -> Shape:
+def oven() -> Part:
     """A body; before it a panel with four knobs, and below it a door with a level bar; all one surface."""
     return fused(
         box((0.0, 0.0, 0.0), (0.6, 0.55, 0.8)),
@@ -256,14 +228,14 @@ def oven() -> Shape:
     )
 
 
-def placed_of(shape: Shape) -> tuple[Fragmentation, Articulation]:
+def placed_of(shape: Part) -> tuple[Fragmentation, Articulation]:
     """The fragments of a shape with z up and its front to -y, in the frame; and what is found on them."""
     placed, frame = in_its_frame(*shape)
     fragments = fragments_of(placed)
     return fragments, articulate_fragmentation(fragments, frame)
 
 
-def model_of(shape: Shape) -> RawModel:
+def model_of(shape: Part) -> RawModel:
     """A file with one part, whose texture coordinates are x and z."""
     points, faces = shape
     mesh = Mesh(vertices=points, faces=faces.astype(np.int32), uv=points[:, [0, 2]].copy())
@@ -293,15 +265,18 @@ def test_a_drawer_over_two_doors_without_a_seam_ends_as_far_below_its_handle_as_
     assert float(middles[:, 2].min()) * unit + 0.4 == pytest.approx(0.6, abs=0.04)
 
 
-def test_knobs_in_a_row_are_controls_and_split_nothing() -> None:
+def test_knobs_in_a_row_split_nothing_and_nothing_is_invented_on_a_plain_body() -> None:
     body = [box((0.0, 0.0, 0.0), (0.6, 0.55, 0.8)), box((0.0, -0.03, 0.0), (0.6, 0.01, 0.8))]
     _, found = placed_of(fused(*body, *(disc((x, -0.06, 0.7), 0.02, 0.04) for x in (0.15, 0.3, 0.45))))
     assert not [p for p in found.parts if p.kind in (PartKind.DOOR, PartKind.DRAWER)]
+    plain = box((0, 0, 0), (0.6, 0.5, 0.8))
+    for solids in ([plain], [plain, box((0.1, 0.1, 0.79), (0.5, 0.4, 0.9))]):
+        assert not placed_of(fused(*solids))[1].parts
 
 
-def test_cut_parts_are_closed_and_so_is_the_body() -> None:
+def test_cut_parts_and_the_body_are_closed_and_keep_surface_volume_and_texture() -> None:
     placed, found = placed_of(oven())
-    _, mesh, parts = cut_shell_parts(model_of(oven()), placed, found)
+    model, mesh, parts = cut_shell_parts(model_of(oven()), placed, found)
     owner = np.full(len(mesh.faces), -1)
     for i, part in enumerate(parts.parts):
         owner[part.faces] = i
@@ -311,13 +286,7 @@ def test_cut_parts_are_closed_and_so_is_the_body() -> None:
         ends = np.sort(np.concatenate([corners[:, [k, (k + 1) % 3]] for k in range(3)]), axis=1)
         # Pockets of two cuts may touch in a line: there four faces meet.
         assert (np.unique(ends, axis=0, return_counts=True)[1] % 2 == 0).all(), i
-
-
-def test_a_cut_keeps_surface_volume_and_texture() -> None:
-    placed, found = placed_of(oven())
-    model, mesh, _ = cut_shell_parts(model_of(oven()), placed, found)
     cut_mesh, caps = model.parts[0].mesh, model.parts[1].mesh
-    assert cut_mesh.uv is not None
     assert np.allclose(cut_mesh.uv, cut_mesh.vertices[:, [0, 2]], atol=1e-9)
     assert caps.uv is not None
     own = len(cut_mesh.faces)
@@ -328,19 +297,11 @@ def test_a_cut_keeps_surface_volume_and_texture() -> None:
     assert volume == pytest.approx(0, abs=1e-9)
 
 
-def test_nothing_is_invented_on_a_plain_body() -> None:
-    _, found = placed_of(fused(box((0, 0, 0), (0.6, 0.5, 0.8))))
-    assert not found.parts
-    _, found = placed_of(fused(box((0, 0, 0), (0.6, 0.5, 0.8)), box((0.1, 0.1, 0.79), (0.5, 0.4, 0.9))))
-    assert not found.parts
-
-
 def test_a_shell_with_nothing_to_cut_out_of_it_stays_whole() -> None:
     """What moves may stand on it as it is: the stick of a tap."""
     plain = fused(box((0, 0, 0), (0.6, 0.5, 0.8)))
     placed, found = placed_of(plain)
     shell = placed.shell
-    assert shell is not None
     assert not (*shell.fronts, *shell.front.blobs, *shell.top.blobs)
     stick = placed_of(oven())[1].parts[0].replace(faces=np.array([0, 1]))
     model = model_of(plain)
@@ -379,34 +340,34 @@ def turned(name: str, rotation: Floats, scale: float = 1.0) -> WeldedMesh:
     return weld_triangles(vertices @ rotation.T * scale + np.array([3.0, -2.0, 7.0]) * scale, faces)
 
 
-def test_the_front_is_found_from_any_side(subtests: pytest.Subtests) -> None:
+def test_the_front_is_found_from_any_side() -> None:
     poses = ((0.0, np.eye(3)), (90.0, Y_UP), (180.0, np.eye(3)), (-27.0, Y_UP), (33.3, np.eye(3)))
     for name, (degrees, stands) in product(("drawers", "range"), poses):
-        with subtests.test(name=name, degrees=degrees, stands=stands):
-            rotation = stands @ yaw(degrees)
-            found = guess_frame(turned(name, rotation, 100.0))
-            assert found.rotation[2] == pytest.approx(rotation @ UP, abs=2e-3)
-            assert found.rotation[1] == pytest.approx(-rotation @ FACING, abs=2e-3)
-            assert 0.0 < found.confidence <= 1.0
-            assert found.runner_up
+        rotation = stands @ yaw(degrees)
+        found = guess_frame(turned(name, rotation, 100.0))
+        assert found.rotation[2] == pytest.approx(rotation @ UP, abs=2e-3), (name, degrees)
+        assert found.rotation[1] == pytest.approx(-rotation @ FACING, abs=2e-3), (name, degrees)
+        assert 0.0 < found.confidence <= 1.0
+        assert found.runner_up
 
 
 @pytest.mark.parametrize("degrees", [0.0, 2.0, 41.0])
 def test_the_thing_fills_its_box(degrees: float) -> None:
     mesh = turned("microwave", yaw(degrees), 10.0)
     frame = guess_frame(mesh, up=UP.tolist(), front=(yaw(degrees) @ FACING).tolist())
-    placed = mesh.in_frame(frame)
+    placed, size = mesh.in_frame(frame), np.array([0.5, 0.43, 0.3])
     low, high = placed.points.min(axis=0), placed.points.max(axis=0)
     assert np.linalg.norm(high - low) == pytest.approx(1.0)
     assert (low + high) / 2 == pytest.approx(np.zeros(3), abs=1e-9)
-    size = np.array([0.5, 0.43, 0.3])
     assert high - low == pytest.approx(size / np.linalg.norm(size), abs=2e-3)
     assert frame.to_file(placed.points) == pytest.approx(mesh.points, abs=1e-9)
 
 
 @pytest.mark.representatives(2)
 @pytest.mark.parametrize("face", [3, 4, 0, 1, 2, 5])
-def test_what_the_user_says_holds(face: int) -> None:
+def test_what_the_user_says_holds_and_the_word_of_the_file_counts(face: int) -> None:
+    cube = weld_triangles(*box((0, 0, 0), (1, 1, 1)))
+    assert guess_frame(cube, stated=face).rotation[2] == pytest.approx(-SIDES[face][2])
     mesh = turned("drawers", np.eye(3))
     front = -SIDES[face][2]
     for up in (-SIDES[k][2] for k in range(6) if k // 2 != face // 2):
@@ -415,12 +376,6 @@ def test_what_the_user_says_holds(face: int) -> None:
         assert found.reason == "given"
     assert guess_frame(mesh, front=front.tolist()).rotation[1] == pytest.approx(-front)
     assert guess_frame(mesh, up=front.tolist()).rotation[2] == pytest.approx(front)
-
-
-def test_the_word_of_the_file_counts() -> None:
-    cube = weld_triangles(*together(box((0, 0, 0), (1, 1, 1)))[:2])
-    for side in range(6):
-        assert guess_frame(cube, stated=side).rotation[2] == pytest.approx(-SIDES[side][2])
 
 
 PIXELS = 128

@@ -6,12 +6,11 @@ import os
 from pathlib import Path
 
 import pytest
-import typer
 from typer.testing import CliRunner
 
 from casa_assets.cli import doctor
 from casa_assets.cli.doctor import Finding
-from casa_assets.cli.verbs import check as verb
+from casa_assets.cli.main import app
 
 of_machine = pytest.mark.content("code", "cli.doctor", keep=0)
 GOOD = Finding(subject="python", ok=True, message="3.11")
@@ -25,9 +24,7 @@ BAD = Finding(subject="rendering", ok=False, message="[none] works", fix="sudo a
 
 def run(monkeypatch: pytest.MonkeyPatch, found: tuple[Finding, ...], *arguments: str) -> tuple[int, str]:
     monkeypatch.setattr("casa_assets.cli.doctor.findings", lambda output: found)
-    app = typer.Typer()
-    app.command()(verb.doctor)
-    result = CliRunner().invoke(app, list(arguments))
+    result = CliRunner().invoke(app, ["doctor", *arguments])
     return result.exit_code, result.output
 
 

@@ -38,34 +38,26 @@ CASES: list[tuple[str, set[str], bool]] = [
     ("ingest {mesh} --library {new}", MADE, True),
     ("library merge {shard} --library {new}", MADE, True),
     ("articulate {mesh} --library {new}", MADE, False),
-    ("library push {library} {new}", MADE, False),
-    ("library pull {library} {new}", MADE, False),
+    *((f"library {way} {{library}} {{new}}", MADE, False) for way in ("push", "pull")),
     ("fetch --lvis Mug --out {new}", MADE, False),
     ("report --library {library}", MADE, False),
     ("library index {library} --out {new}", MADE, False),
     ("find box --library {library}", MADE, True),
     ("preview {asset} --out {new} --width-px 64", MADE, True),
-    ("export glb {library} --out {new}", MADE, True),
-    ("export urdf {library} --out {new}", MADE, True),
+    *((f"export {form} {{library}} --out {{new}}", MADE, True) for form in ("glb", "urdf")),
     ("export robocasa {library} --out {new}", MADE, False),
-    ("families list", NAMED, False),
+    *((f"{things} list", NAMED, False) for things in ("families", "objects", "categories", "textures", "scenes")),
     ("families show switch --preset rocker --out {new} --no-check --width-px 64", MADE, True),
     ("families build switch --samples 1 --no-pictures --library {new}", MADE, True),
     ("families catalogue switch apple --no-swatches --no-3d --out {new}", MADE, False),
-    ("objects list", NAMED, False),
     ("objects show apple --count 1 --width-px 64 --out {new}", MADE, False),
     ("objects build apple --count 1 --library {new}", MADE, True),
-    ("categories list", NAMED, False),
     ("categories show mug", NAMED, False),
-    ("textures list", NAMED, False),
-    ("textures make oak_ebony --width-px 64 --out {new}", MADE, False),
-    ("textures sheet oak_ebony --width-px 64 --out {new}", MADE, False),
+    *((f"textures {verb} oak_ebony --width-px 64 --out {{new}}", MADE, False) for verb in ("make", "sheet")),
     ("textures check oak_ebony --out {new}", JUDGED, False),
     ("textures ingest {tiles} --surface wall --tile 1 1 --licence CC0-1.0 --library {new}", MADE, False),
-    ("scenes list", NAMED, False),
     ("scenes new one_wall_small --style coastal --out {scenes}", MADE, True),
-    ("scenes build one_wall_small__coastal --out {scenes}", MADE, True),
-    ("scenes check one_wall_small__coastal --out {scenes}", MADE, True),
+    *((f"scenes {verb} one_wall_small__coastal --out {{scenes}}", MADE, True) for verb in ("build", "check")),
     ("scenes sample 1 --out {scenes}", MADE, True),
     ("scenes states one_wall_small__coastal --count 1 --objects 1 --out {scenes}", MADE, False),
     ("scenes batch one_wall_small__coastal --out {scenes}", MADE, False),
@@ -74,10 +66,8 @@ CASES: list[tuple[str, set[str], bool]] = [
     ("scenes check-plan {plan}", JUDGED, False),
     ("scenes fit {plan} --width 3.4 --depth 5.2", JUDGED, False),
     ("check {asset}", MADE, True),
-    ("checks", NAMED, False),
     ("doctor", JUDGED, False),
-    ("schemas", NAMED, False),
-    ("schemas behavior", NAMED, False),
+    *((words, NAMED, False) for words in ("checks", "schemas", "schemas behavior")),
     ("init {new}", MADE, False),
     ("export plugin blocks {library} --out {new} --project {project} --plugins", MADE, True),
     ("make --project {project} --dry-run", JUDGED, False),
@@ -92,9 +82,8 @@ def places(
     boxes: Path, checked_kitchen: tuple[Path, SceneResult], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> dict[str, Path]:
     """Small inputs by the words that stand for them; each may be written to."""
-    scenes = tmp_path / "outputs" / "scenes"
+    scenes, library = (tmp_path / "outputs" / name for name in ("scenes", "library"))
     shutil.copytree(checked_kitchen[0], scenes, symlinks=True)
-    library = tmp_path / "outputs" / "library"
     shutil.copytree(boxes / "library", library)
     tiles = tmp_path / "tiles"
     tiles.mkdir()

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.library.libraries import BOXES, ROOT, box_obj, command
+from tests.support.library.libraries import BOXES, box_obj, hooked
 
 pytestmark = pytest.mark.slow
 
@@ -60,26 +60,18 @@ OFTEN = ("ingest {mesh} --library {out} --jobs 1", "find mug --library {folder}"
 @pytest.fixture
 def places(tmp_path: Path) -> dict[str, Path]:
     """A mesh, a folder that passes for a library and for one of scenes, and where to write to."""
-    mesh, folder, hook = tmp_path / "milk_carton.obj", tmp_path / "folder", tmp_path / "hook"
+    mesh, folder = tmp_path / "milk_carton.obj", tmp_path / "folder"
     mesh.write_text(box_obj(BOXES["milk_carton"]), encoding="ascii")
-    for path in (folder / ".casa", folder / "l_small__coastal", hook):
+    for path in (folder / ".casa", folder / "l_small__coastal", tmp_path / "hook"):
         path.mkdir(parents=True)
-    (hook / "sitecustomize.py").write_text(ENDLESS, encoding="ascii")
-    return {"mesh": mesh, "folder": folder, "out": tmp_path / "out", "hook": hook, "mark": tmp_path / "mark"}
+    return {"mesh": mesh, "folder": folder} | {name: tmp_path / name for name in ("out", "hook", "mark")}
 
 
 def start(verb: str, function: str, places: dict[str, Path]) -> subprocess.Popen[str]:
     """The program, once it is within the call that does not end."""
-    arguments = command(*(word.format(**places) for word in verb.split()))
-    environment = {
-        **os.environ,
-        "PYTHONPATH": f"{places['hook']}:{os.environ.get('PYTHONPATH', ROOT)}",
-        "CASA_TEST_ENDLESS": f"casa_assets.{function}",
-        "CASA_TEST_MARK": str(places["mark"]),
-    }
-    run = subprocess.Popen(
-        arguments, cwd=ROOT, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
-    )
+    words = [word.format(**places) for word in verb.split()]
+    environment = {"CASA_TEST_ENDLESS": f"casa_assets.{function}", "CASA_TEST_MARK": str(places["mark"])}
+    run = hooked(ENDLESS, places["hook"], *words, **environment)
     while not places["mark"].exists():
         assert run.poll() is None, run.communicate()[1]
         time.sleep(0.02)
@@ -133,9 +125,7 @@ def test_nothing_is_left_of_a_program_that_is_killed(places: dict[str, Path]) ->
 
 @pytest.mark.representatives(1)
 @pytest.mark.parametrize(("number", "code", "message"), [(11, 3, "SIGSEGV"), (9, 2, "want of memory")])
-def test_the_death_of_the_process_that_works_is_reported(
-    number: int, code: int, message: str, places: dict[str, Path]
-) -> None:
+def test_the_death_of_a_worker_is_reported(number: int, code: int, message: str, places: dict[str, Path]) -> None:
     run = start("textures make oak_natural_plank --out {out}", "textures.run.recipes:finish_of", places)
     (working,) = set(left_of(places["mark"])) - {run.pid}
     os.kill(working, number)

@@ -15,7 +15,7 @@ from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.layouts.run.resolve import build_scene, preset_params
 from casa_assets.mesh.planar import distance, outline_of
-from casa_assets.model.kitchen.floor import Aisle, AisleKind, Fixture, FixtureJoint, KitchenFacts, PlacedRun, RoomWall
+from casa_assets.model.kitchen.floor import Aisle, AisleKind, KitchenFacts, PlacedRun, RoomWall
 from casa_assets.registry.tables import load_roles
 from tests.support.kitchen.reference_kitchen import OUTLINE, WALLS, unit
 
@@ -32,15 +32,6 @@ def built(request: pytest.FixtureRequest, cache: Path) -> tuple[KitchenFacts, tu
     return facts_of(kitchen, scene), leaves_of(kitchen.slots, kitchen.holes, models)
 
 
-def opened(facts: KitchenFacts) -> list[tuple[Fixture, FixtureJoint]]:
-    return [
-        (fixture, joint)
-        for fixture in facts.fixtures
-        for joint in fixture.joints
-        if fixture.unit and joint.swept_area is not None and joint.behind is None and "rack" not in joint.name
-    ]
-
-
 def test_handles_stand_out_as_far_as_is_said() -> None:
     assert set(HANDLES_M) == {kind.value for kind in HandleKind}
     for kind in HandleKind:
@@ -51,14 +42,14 @@ def test_handles_stand_out_as_far_as_is_said() -> None:
 def test_open_leaves_lie_where_they_were_foreseen(built: tuple[KitchenFacts, tuple[Leaf, ...]]) -> None:
     facts, leaves = built
     count = 0
-    for fixture, joint in opened(facts):
-        if fixture.bottom > 0.9 and fixture.bottom < 1.2:
-            continue  # what stands on worktops
+    for fixture, joint in ((one, joint) for one in facts.fixtures for joint in one.joints):
+        stands_on_worktop = 0.9 < fixture.bottom < 1.2
+        opens = joint.swept_area is not None and joint.behind is None and "rack" not in joint.name
+        if not fixture.unit or not opens or stands_on_worktop:
+            continue
         own = [leaf for leaf in leaves if leaf.owner == fixture.unit]
         area = joint.swept_area
-        assert area is not None
         run = facts.run(fixture.run)
-        assert run is not None
         # What lies before the fronts is compared: the rest of an open drawer is still in its cabinet.
         front = max(run.to_local(p)[1] for p in fixture.footprint.corners)
         points = np.array([p for p in area.open_outline if run.to_local(p)[1] > front + 0.001])
@@ -94,30 +85,21 @@ ISLAND = row("island", 3.0, -2.5, 2, at_wall=False)
 DEEP = row("main", 1.0, 0.0).replace(units=(UNITS[0].replace(front=0.8), UNITS[1]))
 
 
-@pytest.mark.parametrize(
-    ("rows", "walls", "pair", "kind", "width"),
-    [
-        ((row("main", 1.0, 0.0), ISLAND), WALLS, ("island", "main"), AisleKind.WORK, 2.5 - 0.65 - 0.65),
+def test_width_and_kind_and_what_lies_between_hides_the_wall() -> None:
+    plain, islands_end = row("main", 1.0, 0.0), row("island", 2.8, -2.2, 2, at_wall=False)
+    for rows, walls, pair, kind, width in [
+        ((plain, ISLAND), WALLS, ("island", "main"), AisleKind.WORK, 2.5 - 0.65 - 0.65),
         ((DEEP, ISLAND), WALLS, ("island", "main"), AisleKind.WORK, 2.5 - 0.8 - 0.65),  # the narrowest place counts
-        ((row("main", 1.0, 0.0),), CLOSED, ("front", "main"), AisleKind.WALK, 4.0 - 0.65),
-        ((row("island", 2.8, -2.2, 2, at_wall=False),), WALLS, ("island", "left"), AisleKind.WALK, 0.8),  # its end
-    ],
-)
-def test_width_and_kind(
-    rows: tuple[PlacedRun, ...], walls: tuple[RoomWall, ...], pair: tuple[str, str], kind: AisleKind, width: float
-) -> None:
-    aisle = found(*rows, walls=walls)[pair]
-    assert aisle.kind is kind
-    assert aisle.width == pytest.approx(width)
-    if rows[-1] is ISLAND:
-        assert 1.0 < aisle.position[0] < 3.0
-        assert rows[0] is DEEP or aisle.position[1] == pytest.approx(-1.25)
-
-
-def test_back_of_an_island_is_passed_and_what_lies_between_hides_the_wall() -> None:
-    """The island's back looks at the front wall; the long row sees the island, and beside it the wall."""
+        ((plain,), CLOSED, ("front", "main"), AisleKind.WALK, 4.0 - 0.65),
+        ((islands_end,), WALLS, ("island", "left"), AisleKind.WALK, 0.8),
+    ]:
+        aisle = found(*rows, walls=walls)[pair]
+        assert (aisle.kind, aisle.width) == (kind, pytest.approx(width)), pair
+        if rows[-1] is ISLAND:
+            assert 1.0 < aisle.position[0] < 3.0
+            assert rows[0] is DEEP or aisle.position[1] == pytest.approx(-1.25)
+    # The island's back looks at the front wall; the long row sees the island, and beside it the wall.
     aisles = found(row("main", 1.5, 0.0), row("island", 3.5, -2.2, 2, at_wall=False, back=0.3), walls=CLOSED)
     back = aisles[("front", "island")]
-    assert back.kind is AisleKind.WALK
-    assert back.width == pytest.approx(4.0 - 2.2 - 0.3)
+    assert (back.kind, back.width) == (AisleKind.WALK, pytest.approx(4.0 - 2.2 - 0.3))
     assert ("front", "main") not in aisles

@@ -18,15 +18,8 @@ from casa_assets.model.registry.rows import RoleRule
 from casa_assets.registry.kitchens import load_plan, load_style
 from casa_assets.registry.tables import load_roles
 
-RULE = RoleRule(
-    id="range",
-    categories=("range",),
-    width=(0.5, 0.9),
-    depth=(0.5, 0.7),
-    height=(0.8, 1.2),
-    level=(0.9, 0.93),
-    base=Base.FIXED,
-)
+RULE = RoleRule(id="range", categories=("range",), base=Base.FIXED)
+RULE = RULE.replace(width=(0.5, 0.9), depth=(0.5, 0.7), height=(0.8, 1.2), level=(0.9, 0.93))
 
 
 def sizes(
@@ -49,9 +42,7 @@ LIBRARY = {
 }
 
 
-def fit(
-    name: str, place: Place = ANYWHERE, rule: RoleRule = RULE, **params: Any
-) -> tuple[PresetChoice, dict[str, Any]]:
+def fit(name: str, place: Place = ANYWHERE, rule: RoleRule = RULE, **params: Any) -> tuple[PresetChoice, Any]:
     choice = PresetChoice.model_validate({"preset": f"library:{name}", **params})
     return fitted_choice(choice, "range", rule, LIBRARY, place)
 
@@ -89,21 +80,15 @@ def test_what_does_not_suit_is_refused_with_what_does_and_how_to_change_it() -> 
         fit("range_0000000001", scale=3)
 
 
-@pytest.mark.parametrize(
-    ("name", "role_base", "stated", "params"),
-    [
-        ("toaster_0000000005", Base.FIXED, None, {"base": "fixed"}),
-        ("toaster_0000000005", Base.FIXED, "free", {}),
-        ("toaster_0000000005", None, None, {}),
+def test_the_base_is_that_of_the_role_unless_one_is_stated() -> None:
+    for name, role_base, stated, params in [
+        ("toaster_0000000005", Base.FIXED, {}, {"base": "fixed"}),
+        ("toaster_0000000005", Base.FIXED, {"base": "free"}, {}),
+        ("toaster_0000000005", None, {}, {}),
         # What does not stand by itself is fixed unless it is stated to be free.
-        ("toaster_0000000006", Base.FREE, None, {"base": "fixed"}),
-    ],
-)
-def test_the_base_is_that_of_the_role_unless_one_is_stated(
-    name: str, role_base: Base | None, stated: str | None, params: dict[str, str]
-) -> None:
-    given = {"base": stated} if stated else {}
-    assert fit(name, rule=RoleRule(id="toaster", base=role_base), **given)[0].params == params
+        ("toaster_0000000006", Base.FREE, {}, {"base": "fixed"}),
+    ]:
+        assert fit(name, rule=RoleRule(id="toaster", base=role_base), **stated)[0].params == params, (name, stated)
 
 
 class TestInPlans:
@@ -119,31 +104,24 @@ class TestInPlans:
         presets = {**preset_params(), "library": LIBRARY}
         return request_kitchen(Plan.model_validate(raw), load_style("modern_1")[0], presets, roles=load_roles())
 
-    def test_the_open_door_of_an_oven_clears_the_drawer_below_it(self) -> None:
+    def test_open_doors_clear_the_drawer_below_and_have_room_beside(self) -> None:
         kitchen = self.kitchen(main_doors={"kind": "oven", "model": "library:wall_oven_0000000008", "width": None})
         (oven,) = (item for item in kitchen.items if item.role == "oven")
         (housing,) = (item for item in kitchen.items if item.name == "main_doors")
         assert oven.spot.z - 0.03 > housing.choice.params["niche_from"] + 0.009
         assert kitchen.slot("main_doors").width == pytest.approx(0.638)
-
-    def test_a_refrigerator_has_room_beside_it_for_its_doors(self) -> None:
         kitchen = self.kitchen(main_fridge={"model": "library:refrigerator_0000000007"})
         assert kitchen.slot("main_fridge").width == pytest.approx(0.9 + 2 * 0.115)
 
-    @pytest.mark.parametrize(
-        ("unit", "model", "said"),
-        [
+    def test_what_does_not_suit_is_told_with_its_place_in_the_plan_or_the_style(self) -> None:
+        for unit, model, said in [
             ("main_range", "microwave_0000000004", r"runs\.main\.base\.5\.model: expected an asset of the category"),
             ("main_sink", "toaster_0000000005", "a preset of a family for the sink: its worktop is cut out"),
             ("main_drawers", "toaster_0000000005", "no model for drawers"),
             ("main_range", "range_000000000", r"expected .*range_0000000001, .*got 'range_000000000'"),
-        ],
-    )
-    def test_what_does_not_suit_is_told_with_its_place(self, unit: str, model: str, said: str) -> None:
-        with pytest.raises(PlanConflict, match=said):
-            self.kitchen(**{unit: {"model": f"library:{model}"}})
-
-    def test_a_style_is_told_with_its_own_place(self) -> None:
+        ]:
+            with pytest.raises(PlanConflict, match=said):
+                self.kitchen(**{unit: {"model": f"library:{model}"}})
         style = load_style("modern_1")[0]
         style = style.replace(models={**style.models, "range": "library:range_0000000003"})
         presets = {**preset_params(), "library": LIBRARY}

@@ -42,46 +42,33 @@ corners:
 """
 
 
-@pytest.mark.parametrize(
-    ("spans", "room", "widths"),
-    [
-        pytest.param([(0.4, 0.8), (0.6, 0.6), (0.3, 0.7)], 1.7, [0.6, 0.6, 0.5], id="takes up what there is"),
-        pytest.param([(0.4, 0.5), (0.4, 0.5)], 3.0, [0.5, 0.5], id="leaves what nothing wants"),
-        pytest.param([(0.4, 0.5), (0.4, 0.5)], 0.79, None, id="not even the least fits"),
-        pytest.param([], 1.0, [], id="of nothing is nothing"),
-    ],
-)
-def test_widths_share_a_room(spans: list[tuple[float, float]], room: float, widths: list[float] | None) -> None:
-    assert share_widths([WidthRange(*span) for span in spans], room) == (widths and pytest.approx(widths))
+def test_widths_share_a_room() -> None:
+    narrow = [WidthRange(0.4, 0.5)] * 2
+    three = [WidthRange(0.4, 0.8), WidthRange(0.6, 0.6), WidthRange(0.3, 0.7)]
+    assert share_widths(three, 1.7) == pytest.approx([0.6, 0.6, 0.5])
+    assert share_widths(narrow, 3.0) == pytest.approx([0.5, 0.5]), "what nothing wants is left"
+    assert share_widths(narrow, 0.79) is None, "not even the least fits"
+    assert share_widths([], 1.0) == []
 
 
-class TestWorktop:
-    """Of one run between two walls, by the length of the wall and what stands there."""
-
-    @pytest.mark.parametrize("hob", range(5))
-    @pytest.mark.parametrize("length", [3.6, 4.5, 5.4, 8.6])
-    def test_no_slab_is_longer_than_is_sold_and_all_can_be_made(self, hob: int, length: float, tmp_path: Path) -> None:
-        units = [f"doors: [0.4, {1.2 * length / 4.5:.2f}]"] * 4
-        units.insert(hob, "hob")
-        tops = self.tops(length, units, tmp_path)
-        assert all(high - low <= 4.0 for low, high in tops)
-        assert tops[0][0] == pytest.approx(0.0)
-        assert tops[-1][1] == pytest.approx(length)
-        for one, other in itertools.pairwise(tops):
-            assert one[1] == pytest.approx(other[0], abs=1e-4)
-
-    @staticmethod
-    def tops(length: float, units: list[str], folder: Path) -> list[tuple[float, float]]:
-        """Left and right of each worktop, metres along the wall; their families make all of them."""
-        rows = "".join(f"      - {unit}\n" for unit in units)
-        text = (
-            f"title: Row\nwalls:\n  back: {{heading: right, length: {length}}}\n"
-            "  right: {heading: front, length: 3.0}\n  front: {heading: left, open: true}\n  left: {heading: back}\n"
-            f"runs:\n  main:\n    on: back\n    base:\n{rows}"
-        )
-        made = [(i.spot.u, params_of(i.choice)) for i in kitchen_of(text, folder).items if i.role == "counter"]
-        ends = [(at - params.model_dump()["width"] / 2, at + params.model_dump()["width"] / 2) for at, params in made]
-        return sorted(ends)
+@pytest.mark.parametrize("hob", range(5))
+@pytest.mark.parametrize("length", [3.6, 4.5, 5.4, 8.6])
+def test_no_slab_is_longer_than_is_sold_and_all_can_be_made(hob: int, length: float, tmp_path: Path) -> None:
+    """Worktops of one run between two walls, by the length of the wall and where the hob stands."""
+    units = [f"      - doors: [0.4, {1.2 * length / 4.5:.2f}]\n"] * 4
+    units.insert(hob, "      - hob\n")
+    head, walls = (
+        PLAN.replace("length: width", f"length: {length}").split("runs:\n")[0],
+        "runs:\n  main:\n    on: back\n",
+    )
+    kitchen = kitchen_of(f"{head}{walls}    base:\n{''.join(units)}", tmp_path)
+    made = [(i.spot.u, params_of(i.choice).model_dump()["width"]) for i in kitchen.items if i.role == "counter"]
+    tops = sorted((at - width / 2, at + width / 2) for at, width in made)
+    assert all(high - low <= 4.0 for low, high in tops)
+    assert tops[0][0] == pytest.approx(0.0)
+    assert tops[-1][1] == pytest.approx(length)
+    for one, other in itertools.pairwise(tops):
+        assert one[1] == pytest.approx(other[0], abs=1e-4)
 
 
 def test_units_meet_without_gaps_in_a_blind_cabinet_and_a_strip(tmp_path: Path) -> None:
@@ -99,17 +86,10 @@ def test_units_meet_without_gaps_in_a_blind_cabinet_and_a_strip(tmp_path: Path) 
     assert kitchen.slot("side_doors").hinge == "right"
 
 
-PENINSULA = (
-    PLAN.replace("      - drawers: [0.4, 0.9]\n", "")
-    .replace("    length: 1.9\n", "    length: 1.85\n")
-    .replace(
-        "corners:\n",
-        "  bar:\n    joins: {run: side, end: right}\n    length: 1.9\n    overhang: 0.3\n"
-        "    base:\n      - drawers: [0.4, 0.9]\n      - panel\n"
-        "corners:\n  - {runs: [side, bar], owner: bar}\n",
-    )
-    .replace("- doors: 0.45", "- doors: [0.4, 0.45]")
-)
+BAR = "  bar: {joins: {run: side, end: right}, length: 1.9, overhang: 0.3, base: [{drawers: [0.4, 0.9]}, panel]}\n"
+PENINSULA = PLAN.replace("      - drawers: [0.4, 0.9]\n", "").replace("- doors: 0.45", "- doors: [0.4, 0.45]")
+PENINSULA = PENINSULA.replace("    length: 1.9\n", "    length: 1.85\n")
+PENINSULA = PENINSULA.replace("corners:\n", f"{BAR}corners:\n  - {{runs: [side, bar], owner: bar}}\n")
 
 
 @pytest.mark.parametrize(("owner", "begin"), [("bar", 0.0), ("side", standard_sizes.WORKTOP_DEPTH)])
@@ -142,7 +122,7 @@ MISFITS = {
     "dangling corner": (PLAN.replace("[main, side]", "[main, sied]"), "", "corners.*", "got .*sied"),
     "run longer than its wall": (PLAN.replace("length: 1.9", "length: 3.9"), "3.9", "runs.side.length", ""),
     "walls that do not close": (
-        PLAN.replace(LEFT, "left: {heading: back, length: 2.5}"),
+        PLAN.replace(LEFT, f"{LEFT[:-1]}, length: 2.5}}"),
         "",
         ".*",
         "expected .*lead back.*, got",

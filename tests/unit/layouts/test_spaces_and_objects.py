@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +10,7 @@ import pytest
 from pydantic import ValidationError
 
 from casa_assets.core.numeric import rng_for
-from casa_assets.layouts.lived_in import PutGroup, arrange, put_objects
+from casa_assets.layouts.lived_in import arrange, put_objects
 from casa_assets.layouts.spaces import (
     Silhouette,
     Space,
@@ -48,10 +48,6 @@ def shelf(number: int = 1, width: float = 0.8, height: float = 0.3) -> Space:
     return Space(f"unit_{number}", "object", "level0", ("shelf",), pose, (width, 0.35, height))
 
 
-def placed(groups: Sequence[PutGroup]) -> list[Placement]:
-    return [place for group in groups for place in group.placements]
-
-
 def box_of(place: Placement) -> np.ndarray:
     asset = next(a for a in MEMBERS.values() if a.id == place.asset)
     points = np.concatenate([place.pose.apply(v.mesh.vertices) for k in asset.links for v in k.visuals])
@@ -62,36 +58,30 @@ def test_everything_is_inside_its_space_and_apart() -> None:
     spaces = [shelf(1), shelf(2)]
     first = put_objects(spaces, habits(), member, 12, rng_for(3, "test"))
     more = put_objects(spaces, habits(), member, 2, rng_for(2, "test"), first)
-    places = placed([*first, *more])
+    places = [place for group in (*first, *more) for place in group.placements]
     assert len({place.name for place in places}) == len(places) == 14
     boxes = [box_of(p) for p in places]
     of = {space.placement: space for space in spaces}
     for place, box in zip(places, boxes, strict=True):
-        assert place.resting is not None
         space = of[place.resting.placement]
         local = space.pose.inverse().apply(np.array([[x, y, z] for x, y in box[:, :2] for z in box[:, 2]]))
         width, depth, height = space.size
-        assert (np.abs(local[:, 0]) <= width / 2).all()
-        assert (np.abs(local[:, 1]) <= depth / 2).all()
-        assert (local[:, 2] >= 0.0).all()
-        assert (local[:, 2] <= height).all()
-    for i, one in enumerate(boxes):
-        for other in boxes[:i]:
-            assert (one[0] >= other[1] - 1e-4).any() or (other[0] >= one[1] - 1e-4).any()
+        assert (np.abs(local[:, :2]) <= (width / 2, depth / 2)).all()
+        assert ((local[:, 2] >= 0.0) & (local[:, 2] <= height)).all()
+    for one, other in itertools.combinations(boxes, 2):
+        assert (one[0] >= other[1] - 1e-4).any() or (other[0] >= one[1] - 1e-4).any()
 
 
 class TestGroups:
     def test_stack_is_as_close_as_the_shapes_allow(self) -> None:
         carton = silhouette(MEMBERS["carton"])
         group = arrange(Arrangement.STACK, [carton] * 3, rng_for(0, "test"))
-        assert group is not None
         heights = [pose.position[2] for pose in group.poses]
         assert np.diff(heights) == pytest.approx([float(np.ptp(carton.box[:, 2]))] * 2, abs=0.001)
 
     def test_heap_lies_in_its_vessel(self) -> None:
         mug, pea = silhouette(MEMBERS["mug"]), silhouette(plain_box((0.02, 0.02, 0.02)))
         group = arrange(Arrangement.HEAP, [mug, pea], rng_for(0, "test"))
-        assert group is not None
         vessel, pose = (np.array(p.position) for p in group.poses)
         assert np.abs((pose - vessel)[:2]).max() < mug.box[1, 1]
         assert 0.0 < pose[2] < mug.box[1, 2] - 0.02
@@ -103,13 +93,10 @@ class TestGroups:
         rack = Silhouette(box, flat, flat + 0.02, slots)
         plate = silhouette(plain_box((0.24, 0.24, 0.02)))
         group = arrange(Arrangement.ON_EDGE, [rack, plate, plate], rng_for(0, "test"))
-        assert group is not None
         shift = group.poses[0].position
-        ends = [
-            pose.apply(np.array([[x, 0.0, z] for x in (-0.12, 0.12) for z in (0.0, 0.02)])) - shift
-            for pose in group.poses[1:]
-        ]
-        for corners in ends:
+        edges = np.array([[x, 0.0, z] for x in (-0.12, 0.12) for z in (0.0, 0.02)])
+        for pose in group.poses[1:]:
+            corners = pose.apply(edges) - shift
             low = corners[corners[:, 2] < 0.09]
             assert any((low[:, 0] > slot[0, 0]).all() and (low[:, 0] < slot[1, 0]).all() for slot in slots)
             assert 0.02 <= corners[:, 2].min() < 0.022
@@ -125,7 +112,6 @@ class TestGroups:
         assert pan.body == pytest.approx((0.1, 0.0))
         for seed in range(5):
             group = arrange(Arrangement.HANDLE_FRONT, [pan], rng_for(seed, "test"))
-            assert group is not None
             x, y, _ = group.poses[0].rotation @ np.array([-1.0, 0.0, 0.0])
             assert y < -abs(x)
             assert group.body[1] > abs(group.body[0])
@@ -170,13 +156,8 @@ def test_largest_box_is_the_best_of_all_rectangles(seed: int) -> None:
     rects = [(float(x), float(y), float(x + 0.02), float(y + 0.01)) for x, y in rng.uniform(-0.07, 0.06, (4, 2))]
     space = replace(small, taken=tuple(rects))
     free = free_cells(space)
-    best = max(
-        (i1 - i0) * (j1 - j0)
-        for i0 in range(14)
-        for i1 in range(i0 + 1, 15)
-        for j0 in range(11)
-        for j1 in range(j0 + 1, 12)
-        if free[i0:i1, j0:j1].all()
-    )
+    columns, rows = itertools.combinations(range(15), 2), list(itertools.combinations(range(12), 2))
+    every = [(i0, i1, j0, j1) for (i0, i1), (j0, j1) in itertools.product(columns, rows)]
+    best = max((i1 - i0) * (j1 - j0) for i0, i1, j0, j1 in every if free[i0:i1, j0:j1].all())
     size, _ = largest_box(space)
     assert round(size[0] * size[1] * 1e4) == best

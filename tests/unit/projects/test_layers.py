@@ -28,7 +28,7 @@ def document(path: Path, text: str) -> Document:
 def test_faults_name_the_file_and_the_line_that_state_it(tmp_path: Path) -> None:
     lower = document(tmp_path / "a.yaml", "mug: {mass: [1, 2, 3], size: {x: 1, y: 2}}\ncup: {mass: 4}\n")
     upper = document(tmp_path / "b.yaml", "mug:\n  mass: [5]\n  size: {y: 7}\nbowl: {mass: 6}\n")
-    cases: list[tuple[tuple[str | int, ...], str]] = [
+    for path, expected in [
         (("mug", "mass", 0), "b.yaml:2"),
         (("mug", "mass", 2), "b.yaml:2"),
         (("mug", "size", "x"), "a.yaml:1"),
@@ -36,8 +36,7 @@ def test_faults_name_the_file_and_the_line_that_state_it(tmp_path: Path) -> None
         (("mug", "colour"), "a.yaml:1"),
         (("cup", "mass"), "a.yaml:2"),
         (("bowl", "size"), "b.yaml:4"),
-    ]
-    for path, expected in cases:
+    ]:
         assert str(lower.overlaid(upper).fault(path, "a", "b")).startswith(f"{expected}: ")
 
 
@@ -54,24 +53,17 @@ def test_lists_on_the_top_follow_each_other(tmp_path: Path) -> None:
 class TestTables:
     def test_a_category_is_added_and_another_changed(self, project: Project) -> None:
         before = registry.load()
-        project(
-            {
-                "categories.yaml": "mug: {mass_kg: [0.2, 0.3, 0.6]}\n"
-                "tin_canteen: {parent: drinkware, longest_m: [0.1, 0.2, 0.3], mass_kg: [0.1, 0.2, 0.3], "
-                "shape: [1, 0.5, 0.5], upright: stands, build: vessel, substance: steel, aliases: [field flask]}\n"
-            }
-        )
+        canteen = "parent: drinkware, longest_m: [0.1, 0.2, 0.3], mass_kg: [0.1, 0.2, 0.3], shape: [1, 0.5, 0.5]"
+        canteen += ", upright: stands, build: vessel, substance: steel, aliases: [field flask]"
+        project({"categories.yaml": f"mug: {{mass_kg: [0.2, 0.3, 0.6]}}\ntin_canteen: {{{canteen}}}\n"})
         known = registry.load()
         assert known.categories["mug"].mass_kg.typical == 0.3
         assert known.categories["mug"].longest_m == before.categories["mug"].longest_m
         assert set(known.categories) - set(before.categories) == {"tin_canteen"}
-        found = known.find_category(["my field flask"])
-        assert found is not None
-        assert found[0].id == "tin_canteen"
+        assert known.find_category(["my field flask"])[0].id == "tin_canteen"
         assert known.digest != before.digest
-        assert origin_of_row("categories.yaml", "tin_canteen") == "ours"
-        assert origin_of_row("categories.yaml", "mug") == "ours"
-        assert origin_of_row("categories.yaml", "bowl") == "casa-assets"
+        for name, origin in (("tin_canteen", "ours"), ("mug", "ours"), ("bowl", "casa-assets")):
+            assert origin_of_row("categories.yaml", name) == origin
         use_project(None)
         assert registry.load().digest == before.digest
 
@@ -103,12 +95,8 @@ class TestPlansAndStyles:
         assert str(read.fault(("walls", "back"), "a", "b")).startswith("plans/galley.yaml:")
 
     def test_a_style_like_another(self, project: Project) -> None:
-        project(
-            {
-                "styles/beach.yaml": "like: coastal\ntitle: Beach\nmodels: {hob: hob/induction}\n",
-                "styles/dunes.yaml": "like: beach\ntitle: Dunes\n",
-            }
-        )
+        beach = "like: coastal\ntitle: Beach\nmodels: {hob: hob/induction}\n"
+        project({"styles/beach.yaml": beach, "styles/dunes.yaml": "like: beach\ntitle: Dunes\n"})
         assert {"beach", "dunes"} <= set(style_names())
         assert load_style("dunes")[0].models["hob"].preset == "hob/induction"
         style, coastal = load_style("beach")[0], load_style("coastal")[0]
@@ -116,13 +104,12 @@ class TestPlansAndStyles:
         assert (style.models["range"], style.cabinets) == (coastal.models["range"], coastal.cabinets)
 
     def test_numbers_of_a_preset_are_none_of_the_preset_in_its_place(self, project: Project) -> None:
-        folder = project(
-            {
-                "styles/b.yaml": "like: coastal\nmodels: {kettle: {preset: kettle/retro_cream, body: copper}}\n",
-                "styles/a.yaml": "like: b\nmodels:\n  kettle: {preset: kettle/jug_white, height: 0.21}\n",
-                "styles/c.yaml": "like: b\nmodels: {kettle: {height: 0.19}}\n",
-            }
-        )
+        files = {
+            "styles/b.yaml": "like: coastal\nmodels: {kettle: {preset: kettle/retro_cream, body: copper}}\n",
+            "styles/a.yaml": "like: b\nmodels:\n  kettle: {preset: kettle/jug_white, height: 0.21}\n",
+            "styles/c.yaml": "like: b\nmodels: {kettle: {height: 0.19}}\n",
+        }
+        folder = project(files)
         replaced, document = load_style("a")
         assert replaced.models["kettle"].preset == "kettle/jug_white"
         assert replaced.models["kettle"].params == {"height": 0.21}
@@ -156,9 +143,8 @@ class TestProject:
     def test_workers_use_the_project_too(self, tmp_path: Path) -> None:
         (tmp_path / "casa.yaml").write_text("name: ours\n", encoding="utf-8")
         with casa.Project(tmp_path), Pool(1, Limits(60.0, 1_000_000_000), "casa_assets.projects:in_use") as pool:
-            assert [answer for _, answer in pool.run("tests.support.program.pool_jobs:folder_in_use", [None])] == [
-                tmp_path
-            ]
+            answers = pool.run("tests.support.program.pool_jobs:folder_in_use", [None])
+            assert [answer for _, answer in answers] == [tmp_path]
 
     @pytest.mark.parametrize(
         ("files", "message"),

@@ -65,9 +65,7 @@ def test_the_asset_stands_in_the_kitchen_byte_for_byte(with_toaster: str, tmp_pa
     assert kitchen_key(recipe) != kitchen_key(SceneRecipe("one_wall_small", "modern_1"))
 
 
-def test_a_kitchen_is_given_a_model_by_its_role(
-    with_toaster: str, tmp_path: Path, checked_kitchen: tuple[Path, SceneResult]
-) -> None:
+def test_a_kitchen_takes_a_model(with_toaster: str, tmp_path: Path, checked_kitchen: tuple[Path, SceneResult]) -> None:
     """In place of the style's: an asset of a library, and a preset of a family; its id and scene.json tell of them."""
     models = {"toaster": f"library:{with_toaster}"}
     kitchen = casa.kitchen("one_wall_small", "modern_1", models=models)
@@ -94,14 +92,11 @@ UNSUITED = (
     ({"microwave": "library:TOASTER"}, "model of microwave: expected .*, got"),
 )
 # Files of the project, what is in them, and what is said of it.
+STYLE = "styles/ours.yaml"
 WRONG = (
-    ("styles/ours.yaml", "like: modern_1\nmodels: {toaster: 'library:toaster_nothing'}\n", "TOASTER"),
-    (
-        "styles/ours.yaml",
-        "like: modern_1\nmodels: {sink: 'library:TOASTER'}\n",
-        r"ours\.yaml:2: models\.sink: expected",
-    ),
-    ("styles/ours.yaml", "like: modern_1\nmodels: {toaster: 'library:TOASTER'}\n", ""),
+    (STYLE, "like: modern_1\nmodels: {toaster: 'library:toaster_nothing'}\n", "TOASTER"),
+    (STYLE, "like: modern_1\nmodels: {sink: 'library:TOASTER'}\n", r"ours\.yaml:2: models\.sink: expected"),
+    (STYLE, "like: modern_1\nmodels: {toaster: 'library:TOASTER'}\n", ""),
     ("casa.yaml", "name: ours\nlibraries: [libb]\n", r"casa\.yaml:2: libraries\.0: expected a folder"),
 )
 
@@ -130,24 +125,19 @@ class TestScaledToTheirPlaces:
     @pytest.fixture
     def library(self, project: Project, tmp_path: Path) -> Path:
         """The project, with a style that names the microwave and a plan that names both."""
-        large, mug = (
-            _as_read_back(asset, tmp_path) for asset in (scaled(microwave(), 3.0, microwave().mass), rigid_mug())
-        )
+        assets = scaled(microwave(), 3.0, microwave().mass), rigid_mug()
+        large, mug = (_as_read_back(asset, tmp_path) for asset in assets)
         assert large.bounds[1][0] - large.bounds[0][0] > 1.4
         keep(tmp_path / "lib", (large, mug))
-        plan = (
-            "like: one_wall_small\nworktop_items:\n"
-            f"  kettle: {{on: main_drawers_2, at: 0.1, model: 'library:{large.id}'}}\n"
-        )
-        project(
-            {
-                "casa.yaml": "name: ours\nlibraries: [lib]\n",
-                "styles/ours.yaml": f"like: modern_1\ntitle: Ours\nmodels: {{microwave: 'library:{large.id}'}}\n",
-                "plans/wrong.yaml": plan,
-                "plans/ours.yaml": plan.replace("kettle", "our_mug").replace(large.id, mug.id),
-            }
-        )
-        return tmp_path
+        kettle = f"kettle: {{on: main_drawers_2, at: 0.1, model: 'library:{large.id}'}}"
+        plan = f"like: one_wall_small\nworktop_items:\n  {kettle}\n"
+        files = {
+            "casa.yaml": "name: ours\nlibraries: [lib]\n",
+            STYLE: f"like: modern_1\ntitle: Ours\nmodels: {{microwave: 'library:{large.id}'}}\n",
+            "plans/wrong.yaml": plan,
+            "plans/ours.yaml": plan.replace("kettle", "our_mug").replace(large.id, mug.id),
+        }
+        return project(files)
 
     def test_it_is_scaled_and_keeps_what_moves(self, library: Path, cache: Path) -> None:
         kitchen, scene = build_scene(SceneRecipe("one_wall_small", "ours"), cache)
@@ -191,9 +181,7 @@ class TestScaledToTheirPlaces:
         small = placed_asset(PresetChoice.model_validate({"preset": f"library:{rigid_mug().id}", "scale": 1.1}))
         assert small.mass == pytest.approx(1.1**3 * rigid_mug().mass, rel=1e-3)
 
-    def test_an_asset_that_was_made_again_makes_another_scene_and_one_changed_by_hand_is_refused(
-        self, library: Path
-    ) -> None:
+    def test_an_asset_made_again_makes_another_scene_and_one_changed_by_hand_is_refused(self, library: Path) -> None:
         recipe = SceneRecipe("one_wall_small", "ours")
         before = kitchen_key(recipe)
         use_project(library)

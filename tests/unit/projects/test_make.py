@@ -33,18 +33,18 @@ def test_a_starter_shows_its_commands_and_is_not_written_over(tmp_path: Path) ->
     (starter / "limits.yaml").unlink()
     done = casa("init", starter, folder=starter.parent)
     assert done.returncode == 2
-    assert "casa.yaml" in done.stderr
-    assert "is there already" in done.stderr
+    assert all(words in done.stderr for words in ("casa.yaml", "is there already"))
     assert settings.read_text(encoding="utf-8") == "name: ours\n"
     assert not (starter / "limits.yaml").exists()
+
+
+WALLS = "  - textures make: {names: [stucco_white], out: out/walls, width-px: 64}\n"
 
 
 def test_commands_are_called_in_the_folder_of_the_project(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     folder = tmp_path / "ours"
     folder.mkdir()
-    runs = "  - textures make: {names: [stucco_white], out: out/walls, width-px: 64}\n"
-    runs += "  - find: {query: mug}\n"
-    (folder / "casa.yaml").write_text(f"name: ours\nruns:\n{runs}", encoding="utf-8")
+    (folder / "casa.yaml").write_text(f"name: ours\nruns:\n{WALLS}  - find: {{query: mug}}\n", encoding="utf-8")
     done = casa("make", "--project", folder, "--quiet", folder=tmp_path, PYTHONPATH=str(ROOT))
     assert len(list((folder / "out" / "walls").rglob("*.png"))) == 3
     assert done.returncode == 2, "there is no library in which to find anything"
@@ -56,9 +56,8 @@ def test_from_python(tmp_path: Path) -> None:
     folder = tmp_path / "ours"
     write_pictures(folder / "pictures", 1)
     (folder / "pictures" / "broken.png").write_bytes(b"no picture")
-    walls = "  - textures make: {names: [stucco_white], out: out/walls, width-px: 64}\n"
     pack = "  - textures ingest: {source: pictures, surface: wall, tile: [1, 1], licence: CC0-1.0}\n"
-    (folder / "casa.yaml").write_text(f"name: ours\nruns:\n{walls}{pack}", encoding="utf-8")
+    (folder / "casa.yaml").write_text(f"name: ours\nruns:\n{WALLS}{pack}", encoding="utf-8")
     project = casa_assets.Project(folder)
     first, second = project.make()
     assert (first.passed, first.exit_code) == (True, 0)
@@ -74,19 +73,16 @@ def test_from_python(tmp_path: Path) -> None:
         casa_assets.Project(tmp_path / "nowhere")
 
 
-@pytest.mark.parametrize(
-    ("runs", "message"),
-    [
+def test_slips_in_the_runs_are_told(tmp_path: Path) -> None:
+    for runs, message in [
         ("[{ingst: {}}]", "casa.yaml:2: runs.0.ingst: expected 'ingest', or another one of"),
         ("[{scenes build: {scense: [a]}}]", "casa.yaml:2: runs.0.scenes build.scense: expected 'scenes', or another"),
         ("[{scenes build: {all: 3}}]", "casa.yaml:2: runs.0.scenes build.all: expected true or false, got 3"),
         ("[{scenes build: {scenes: [[a]]}}]", "casa.yaml:2: runs.0.scenes build.scenes: expected a text or a number"),
         ("[{textures ingest: {tile: 1.2}}]", "casa.yaml:2: runs.0.textures ingest.tile: expected 2 values, got 1.2"),
         ("[]", "casa.yaml: lists no runs"),
-    ],
-)
-def test_slips_in_the_runs_are_told(tmp_path: Path, runs: str, message: str) -> None:
-    (tmp_path / "casa.yaml").write_text(f"name: ours\nruns: {runs}\n", encoding="utf-8")
-    done = casa("make", folder=tmp_path)
-    assert done.returncode == 2
-    assert message in done.stderr
+    ]:
+        (tmp_path / "casa.yaml").write_text(f"name: ours\nruns: {runs}\n", encoding="utf-8")
+        done = casa("make", folder=tmp_path)
+        assert done.returncode == 2, runs
+        assert message in done.stderr

@@ -78,9 +78,8 @@ class TestTrust:
         assert load_plugins() == ()
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
+def test_what_is_wrong_is_told_with_its_file(project: Project) -> None:
+    for text, message in [
         ("import nothing_of_that_name\n", r"shout\.py: cannot be imported[\s\S]*nothing_of_that_name"),
         ("PLUGIN = 3\n", r"shout\.py: PLUGIN is no casa_assets\.Plugin but int"),
         (f"{IMPORT}PLUGIN = Plugin('Big', '1')\n", r"plug-in 'Big': expected a name as"),
@@ -88,13 +87,11 @@ class TestTrust:
         (PLUGIN.replace('"plinth"', '"microwave"'), r"family 'microwave': a family of that name is there already"),
         (PLUGIN.replace('"depot"', '"s3"'), r"source 's3': expected a name as .* none of a store"),
         (PLUGIN.replace('"TST001"', '"AST001"'), r"check 'AST001': a check of that name is there already"),
-    ],
-)
-def test_what_is_wrong_is_told_with_its_file(project: Project, text: str, message: str) -> None:
-    project({**PROJECT, "plugins/testing.py": "", "plugins/shout.py": text})
-    choose_plugins(PluginUse.ALL)
-    with pytest.raises(CasaError, match=message):
-        (check_table(), family_names())
+    ]:
+        project({**PROJECT, "plugins/testing.py": "", "plugins/shout.py": text})
+        choose_plugins(PluginUse.ALL)
+        with pytest.raises(CasaError, match=message):
+            (check_table(), family_names())
 
 
 def test_a_module_may_import_another_beside_it(project: Project) -> None:
@@ -128,7 +125,7 @@ class TestParts:
         with pytest.raises(PluginFailure, match="texture kind chequers: RuntimeError: dark is lighter than light"):
             finish_of(find_recipe("bad_chess"), tmp_path, 64)
 
-    def test_a_source_fetches_once_and_fails_as_one_input(
+    def test_a_source_fetches_or_fails_once(
         self, allowed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         monkeypatch.setenv("CASA_ASSETS_CACHE", str(tmp_path / "cache"))

@@ -35,7 +35,7 @@ FIGURED = ("maple_tiger", "eucalyptus_smoked", "birch_rotary", "douglas_fir", "e
 WHITE, BLACK = "#ffffff", "#000000"
 GROUT = Joint(color=BLACK, width_m=0.006, coarseness=0.0, rim_drop_m=0.0)
 # One recipe of each kind that surfaces have.
-PAINTED = {recipe.kind: recipe for rows in SETS.values() for recipe in reversed(list(rows.values()))}
+PAINTED = {recipe.kind: recipe for rows in reversed(SETS.values()) for recipe in reversed(rows.values())}
 
 
 def test_there_are_a_hundred_of_each_and_every_kind_is_used() -> None:

@@ -1,8 +1,13 @@
-"""A static mesh into an entry of a library: accepted, in review or rejected; what is mended, and what a person says."""
+"""A static mesh into an entry of a library: accepted, in review or rejected; what is mended.
+
+What somebody says in a sidecar goes before the guesses; what repeats them changes nothing.
+"""
 
 from __future__ import annotations
 
+import dataclasses
 import io
+import math
 from pathlib import Path
 
 import numpy as np
@@ -10,23 +15,23 @@ import pytest
 from PIL import Image
 
 from casa_assets import registry
-from casa_assets.articulate.decisions import DECISIONS_NAME, Decisions, PartDecision
-from casa_assets.articulate.plan import Articulation, PartKind, calibrate_parts
+from casa_assets.articulate.decisions import DECISIONS_NAME, CavityDecision, Decisions, PartDecision
+from casa_assets.articulate.plan import Articulation, HingeEdge, PartKind, calibrate_parts
+from casa_assets.articulate.run import acceptance
 from casa_assets.articulate.run import build as building
 from casa_assets.articulate.run import steps as running
-from casa_assets.articulate.run.acceptance import (
-    MAX_LISTED_FAULTS,
-    doubts,
-    limit_ranges,
-    mend,
-    unmet_checks,
-    without_contract,
+from casa_assets.articulate.run.build import (
+    NAMING_CONFIDENCE,
+    ArticulateRequest,
+    ArticulateResult,
+    build,
+    guess_category,
+    with_override,
 )
-from casa_assets.articulate.run.build import NAMING_CONFIDENCE, ArticulateRequest, build, guess_category, with_override
 from casa_assets.articulate.run.steps import NAME as STRIP
 from casa_assets.articulate.run.steps import ArticulateOutcome, articulate_one
 from casa_assets.checks.motion.joints import joint_travels
-from casa_assets.errors import UnknownId
+from casa_assets.errors import RegistryError, Rejected, UnknownId
 from casa_assets.formats import mjcf
 from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.places import Found
@@ -37,6 +42,7 @@ from casa_assets.library.entry_table import EntryTable
 from casa_assets.library.library import Library
 from casa_assets.library.review import read_decisions
 from casa_assets.model.asset.asset import Asset
+from casa_assets.model.asset.parts import JointKind
 from casa_assets.model.issue import REVIEW_CODE, Decision, Issue, Report, Severity
 from casa_assets.model.record import Vec3
 from casa_assets.model.registry.rows import Bars, Curve
@@ -55,20 +61,20 @@ AXES = {"up": (0.0, 0.0, 1.0), "front": (0.0, -1.0, 0.0)}
 
 
 @pytest.fixture(scope="module")
-def entry(tmp_path_factory: pytest.TempPathFactory) -> ArticulateOutcome:
-    """A microwave that a person accepts, with its pictures, in a library of its own."""
-    folder = tmp_path_factory.mktemp("entry")
-    mesh = obj(folder / "microwave.obj", *microwave()[:2])
-    accept = Decisions(decision=Word.ACCEPT)
-    done = articulate_one(ArticulateRequest(mesh, folder / "lib", decisions=accept, preview=True, **AXES))
-    assert isinstance(done, ArticulateOutcome)
+def mesh(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return obj(tmp_path_factory.mktemp("mesh") / "microwave.obj", *microwave()[:2])
+
+
+def _articulate(request: ArticulateRequest) -> ArticulateOutcome:
+    done = articulate_one(request)
+    assert isinstance(done, ArticulateOutcome), done
     return done
 
 
-def test_an_entry_is_whole(entry: ArticulateOutcome) -> None:
-    done = entry
+def test_an_entry_is_whole(mesh: Path, tmp_path: Path) -> None:
+    accept = Decisions(decision=Word.ACCEPT)
+    done = _articulate(ArticulateRequest(mesh, tmp_path / "lib", decisions=accept, preview=True, **AXES))
     assert done.accepted, done.message
-    assert done.folder is not None
     assert done.folder.parent.name == "microwave"
     assert done.folder.parents[1].name == "lib"
     names = {p.name for p in done.folder.iterdir()}
@@ -93,10 +99,8 @@ def test_an_entry_is_whole(entry: ArticulateOutcome) -> None:
 
 def test_what_does_not_move_and_what_cannot_be_are_told_apart(tmp_path: Path) -> None:
     mesh = obj(tmp_path / "cube.obj", *together(box((0, 0, 0), (1, 1, 1)))[:2])
-    done = articulate_one(ArticulateRequest(mesh, tmp_path / "lib"))
-    assert isinstance(done, ArticulateOutcome)
+    done = _articulate(ArticulateRequest(mesh, tmp_path / "lib"))
     assert (done.code, done.accepted) == ("ART001", False)
-    assert done.folder is not None
     assert read_refusal(done.folder).code == "ART001"
     decisions = articulate_one(ArticulateRequest(mesh, tmp_path / "lib", up=(0.0, 0.0, 1.0), front=(0.0, 0.0, 1.0)))
     assert isinstance(decisions, RunAborted)
@@ -105,27 +109,19 @@ def test_what_does_not_move_and_what_cannot_be_are_told_apart(tmp_path: Path) ->
 
 def test_a_part_stops_where_it_runs_into_something(tmp_path: Path) -> None:
     # A drawer with a post that stands 0.1 m before it.
-    thing = [
-        *carcass(0.5, 0.5, 0.3),
-        box((0.022, -0.0, 0.022), (0.478, 0.02, 0.278)),
-        box((0.15, -0.04, 0.14), (0.35, 0.0, 0.155)),
-        box((0.03, 0.02, 0.03), (0.04, 0.45, 0.2)),
-        box((0.46, 0.02, 0.03), (0.47, 0.45, 0.2)),
-        box((0.04, 0.02, 0.03), (0.46, 0.45, 0.04)),
-        box((0.04, 0.44, 0.04), (0.46, 0.45, 0.2)),
-        box((0.02, -0.16, -0.02), (0.48, -0.12, 0.28)),
-        box((0.0, -0.16, -0.02), (0.5, 0.5, 0.0)),
-    ]
-    vertices, faces, _ = together(*thing)
+    front = [box((0.022, -0.0, 0.022), (0.478, 0.02, 0.278)), box((0.15, -0.04, 0.14), (0.35, 0.0, 0.155))]
+    tub = [box((x, 0.02, 0.03), (x + 0.01, 0.45, 0.2)) for x in (0.03, 0.46)]
+    tub += [box((0.04, 0.02, 0.03), (0.46, 0.45, 0.04)), box((0.04, 0.44, 0.04), (0.46, 0.45, 0.2))]
+    post = [box((0.02, -0.16, -0.02), (0.48, -0.12, 0.28)), box((0.0, -0.16, -0.02), (0.5, 0.5, 0.0))]
+    vertices, faces, _ = together(*carcass(0.5, 0.5, 0.3), *front, *tub, *post)
     part = PartDecision(kind=PartKind.DRAWER, box_m=((-0.24, -0.25, 0.03), (0.24, 0.33, 0.31)), travel_m=0.3)
     decisions = Decisions(parts={"mine": part})
     mesh = obj(tmp_path / "thing.obj", vertices, faces)
     built = build(ArticulateRequest(mesh, tmp_path, size_m=0.66, decisions=decisions, **AXES))
     mine = next(p for p in built.articulation.parts if p.name == "mine")
     assert len(mine.faces)
-    after = limit_ranges(built)
+    after = acceptance.limit_ranges(built)
     joint = after.asset.joint_of("mine")
-    assert joint is not None
     (way,) = (t for t in joint_travels(after.asset, mjcf.write(after.asset)) if t.joint == joint.name)
     assert way.is_full
     assert not list(tmp_path.glob("**/model.xml")), "ranges are limited in memory"
@@ -137,66 +133,42 @@ def _complaint(code: str, pointer: str) -> Report:
     return Report(subject="a", issues=(Issue(code=code, severity=Severity.ERROR, pointer=pointer, message="m"),))
 
 
-def test_shapes_that_do_not_fit_are_fitted_again(tmp_path: Path) -> None:
-    built = build(ArticulateRequest(obj(tmp_path / "microwave.obj", *microwave()[:2]), tmp_path, **AXES))
+def test_shapes_that_do_not_fit_are_fitted_again(mesh: Path) -> None:
+    built = made(mesh, Decisions())
     named = built.with_runtime_names()
-    mended = mend(built, named, _complaint("AST009", "links/door/colliders"))
-    assert mended is not None
+    mended = acceptance.mend(built, named, _complaint("AST009", "links/door/colliders"))
     assert mended.spec.refit == {"door_0"}
     shapes = {link.name: link.colliders for link in built.asset.links}
     assert [k.name for k in mended.asset.links if k.colliders != shapes[k.name]] in (["door_0"], ["object", "door_0"])
-    again = mend(mended, mended.with_runtime_names(), _complaint("AST009", "links/door/colliders"))
+    again = acceptance.mend(mended, mended.with_runtime_names(), _complaint("AST009", "links/door/colliders"))
     assert again is None, "what was fitted again is not fitted once more"
-    assert mend(built, named, _complaint("AST002", "links/door")) is None
+    assert acceptance.mend(built, named, _complaint("AST002", "links/door")) is None
 
 
 def _crossing_drawers() -> list[Part]:
     """Two drawers side by side, and a bar on the left one that reaches before the right one."""
-    return [
-        *carcass(0.8, 0.5, 0.3),
-        box((0.03, -0.02, 0.03), (0.39, 0.0, 0.27)),
-        box((0.41, -0.02, 0.03), (0.77, 0.0, 0.27)),
-        box((0.03, 0.0, 0.03), (0.39, 0.4, 0.04)),
-        box((0.41, 0.0, 0.03), (0.77, 0.4, 0.04)),
-        box((0.3, -0.08, 0.12), (0.6, -0.06, 0.18)),
-        box((0.3, -0.06, 0.14), (0.32, -0.02, 0.16)),
-    ]
+    fronts = [box((x, -0.02, 0.03), (x + 0.36, 0.0, 0.27)) for x in (0.03, 0.41)]
+    floors = [box((x, 0.0, 0.03), (x + 0.36, 0.4, 0.04)) for x in (0.03, 0.41)]
+    bar = [box((0.3, -0.08, 0.12), (0.6, -0.06, 0.18)), box((0.3, -0.06, 0.14), (0.32, -0.02, 0.16))]
+    return [*carcass(0.8, 0.5, 0.3), *fronts, *floors, *bar]
 
 
 # A bar of one drawer before the other; and a post of the body 20 mm before a drawer that is to open by 300 mm.
-IN_THE_WAY = (
-    (
-        _crossing_drawers(),
-        {"left": ((-0.38, -0.36, 0.0), (0.21, 0.3, 0.3)), "right": ((0.005, -0.28, 0.0), (0.38, 0.3, 0.3))},
-    ),
-    (
-        [*_crossing_drawers()[:9], box((0.1, -0.08, 0.0), (0.3, -0.06, 0.3))],
-        {"left": ((-0.38, -0.26, 0.0), (0.0, 0.3, 0.3))},
-    ),
-)
+EACH_OTHER = {"left": ((-0.38, -0.36, 0.0), (0.21, 0.3, 0.3)), "right": ((0.005, -0.28, 0.0), (0.38, 0.3, 0.3))}
+POST = [*_crossing_drawers()[:9], box((0.1, -0.08, 0.0), (0.3, -0.06, 0.3))]
+IN_THE_WAY = ((_crossing_drawers(), EACH_OTHER), (POST, {"left": ((-0.38, -0.26, 0.0), (0.0, 0.3, 0.3))}))
 
 
 @pytest.mark.parametrize(("parts", "boxes"), IN_THE_WAY, ids=["each other", "the body"])
-def test_parts_that_run_into_something_are_put_to_a_person(
-    tmp_path: Path, parts: list[Part], boxes: dict[str, tuple[Vec3, Vec3]]
-) -> None:
+def test_colliding_parts_are_reviewed(tmp_path: Path, parts: list[Part], boxes: dict[str, tuple[Vec3, Vec3]]) -> None:
     decided = {name: PartDecision(kind=PartKind.DRAWER, box_m=corners, travel_m=0.3) for name, corners in boxes.items()}
-    request = ArticulateRequest(
-        obj(tmp_path / "cabinet.obj", *together(*parts)[:2]),
-        tmp_path / "lib",
-        category="base_cabinet",
-        size_m=0.8,
-        decisions=Decisions(parts=decided),
-        complete=False,
-        **AXES,
-    )
-    done = articulate_one(request)
-    assert isinstance(done, ArticulateOutcome), done
+    mesh, kind = obj(tmp_path / "cabinet.obj", *together(*parts)[:2]), "base_cabinet"
+    request = ArticulateRequest(mesh, tmp_path / "lib", kind, size_m=0.8, decisions=Decisions(parts=decided), **AXES)
+    done = _articulate(dataclasses.replace(request, complete=False))
     assert done.decision is Decision.REVIEW, done.message
     if len(boxes) == 2:
         assert done.to_decide == ("contacts",), done.message
     else:
-        assert done.report is not None
         (issue,) = (i for i in done.report.issues if i.pointer == "contacts")
         assert "of its range, then runs into object" in issue.message
 
@@ -208,22 +180,13 @@ def _strict(monkeypatch: pytest.MonkeyPatch, **bars: float) -> None:
     monkeypatch.setattr(registry, "load_confidence", lambda: strict)
 
 
-def _articulate(request: ArticulateRequest) -> ArticulateOutcome:
-    done = articulate_one(request)
-    assert isinstance(done, ArticulateOutcome), done
-    return done
-
-
-def test_a_plan_below_its_bar_is_in_review_until_a_person_accepts_it(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_plan_below_its_bar_is_reviewed(mesh: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     _strict(monkeypatch, plan=1.0)
-    request = ArticulateRequest(obj(tmp_path / "microwave.obj", *microwave()[:2]), tmp_path / "lib", **AXES)
+    request = ArticulateRequest(mesh, tmp_path / "lib", **AXES)
     done = _articulate(request)
     assert done.decision is Decision.REVIEW
     assert not done.accepted
     assert done.to_decide == ("plan",)
-    assert done.folder is not None
     assert done.folder.parent == tmp_path / "lib" / "microwave", "an asset in review stands where accepted ones do"
     library = Library(tmp_path / "lib")
     assert review.write(library, EntryTable(library).entries) == 1
@@ -247,51 +210,42 @@ def test_a_plan_below_its_bar_is_in_review_until_a_person_accepts_it(
     assert (refused.code, refused.decision) == ("REV002", Decision.REJECTED)
 
 
-def test_a_guessed_frame_below_its_bar_is_in_review_with_the_runner_up(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    mesh = obj(tmp_path / "microwave.obj", *microwave()[:2])
-    found = build(ArticulateRequest(mesh, tmp_path)).articulation
+def test_a_guessed_frame_below_its_bar_is_reviewed(mesh: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    found = build(ArticulateRequest(mesh, mesh.parent)).articulation
     unsure = found.replace(frame=found.frame.replace(confidence=0.33, runner_up="front +x, up +z"))
-    (issue,) = (i for i in doubts(unsure, registry.load_confidence()) if i.pointer == "frame")
+    (issue,) = (i for i in acceptance.doubts(unsure, registry.load_confidence()) if i.pointer == "frame")
     assert issue.code == REVIEW_CODE
     assert "33% sure, else front +x" in issue.message
     _strict(monkeypatch, frame=1.0)
-    assert "frame" in [i.pointer for i in doubts(unsure, registry.load_confidence())]
-    given = build(ArticulateRequest(mesh, tmp_path, **AXES)).articulation
-    assert "frame" not in [i.pointer for i in doubts(given, registry.load_confidence())], "a person said it"
+    assert "frame" in [i.pointer for i in acceptance.doubts(unsure, registry.load_confidence())]
+    given = made(mesh, Decisions()).articulation
+    assert "frame" not in [i.pointer for i in acceptance.doubts(given, registry.load_confidence())], "a person said it"
 
 
-def test_nothing_is_built_behind_a_front_in_doubt(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    mesh = obj(tmp_path / "microwave.obj", *microwave()[:2])
-    request = ArticulateRequest(mesh, tmp_path, **AXES)
-    cavities = build(request).articulation.cavities
+def test_nothing_is_built_behind_a_front_in_doubt(mesh: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    cavities = made(mesh, Decisions()).articulation.cavities
     model, never = registry.load_confidence(), Curve(given=(0.0, 1.0), right=(0.0, 0.1))
     monkeypatch.setattr(building, "calibrate_parts", lambda found, _: calibrate_parts(found, model.replace(part=never)))
-    doubtful = build(request).articulation
+    doubtful = made(mesh, Decisions()).articulation
     assert [c.built for c in doubtful.cavities] == [False] * len(cavities)
     for before, after in zip(cavities, doubtful.cavities, strict=True):
         assert after.in_doubt is before.built
         assert not before.built or "not built: " in after.reason
 
 
+NEARLY_NOTHING = {
+    "point": [(1, 1, 1)] * 3,
+    "sheet": [(0, 0, 0), (1, 0, 0), (1, 0, 1), (0, 0, 1)],
+    "line": [(0, 0, 0), (1, 0, 0), (2, 0, 0)],
+    "face": [(0, 0, 0), (1, 0, 0), (1, 0, 1)],
+}
+
+
 @pytest.mark.representatives(2)
-@pytest.mark.parametrize(
-    ("points", "faces"),
-    [
-        ([(1, 1, 1)] * 3, [(1, 2, 3)]),
-        ([(0, 0, 0), (1, 0, 0), (1, 0, 1), (0, 0, 1)], [(1, 2, 3), (1, 3, 4)]),
-        ([(0, 0, 0), (1, 0, 0), (2, 0, 0)], [(1, 2, 3)]),
-        ([(0, 0, 0), (1, 0, 0), (1, 0, 1)], [(1, 2, 3)]),
-    ],
-    ids=["point", "sheet", "line", "face"],
-)
-def test_of_nearly_nothing_nothing_moves(
-    points: list[tuple[int, int, int]], faces: list[tuple[int, int, int]], tmp_path: Path
-) -> None:
-    mesh = tmp_path / "oven.obj"
-    rows = [f"v {x} {y} {z}" for x, y, z in points] + [f"f {a} {b} {c}" for a, b, c in faces]
-    mesh.write_text("\n".join(rows) + "\n", encoding="utf-8")
+@pytest.mark.parametrize("name", NEARLY_NOTHING)
+def test_of_nearly_nothing_nothing_moves(name: str, tmp_path: Path) -> None:
+    points = np.array(NEARLY_NOTHING[name], dtype=np.float64)
+    mesh = obj(tmp_path / "oven.obj", points, np.array([(0, 1, 2), (0, 2, 3)][: len(points) - 2]))
     assert _articulate(ArticulateRequest(mesh, tmp_path / "lib")).code == "ART001"
 
 
@@ -300,11 +254,10 @@ def test_a_mesh_with_signs_of_parts_of_which_none_was_found_is_in_review(tmp_pat
     done = _articulate(ArticulateRequest(mesh, tmp_path / "lib", preview=True))
     assert done.decision is Decision.REVIEW, done.message
     assert "plan" in done.to_decide
-    assert done.folder is not None
     assert read_decisions(done.folder / DECISIONS_NAME).parts == {}
 
 
-def one(folder: Path, name: str) -> Found:
+def found_at(folder: Path, name: str) -> Found:
     (found,) = discover([obj(folder / name, *drawers()[:2])])
     assert isinstance(found, Found)
     return found
@@ -317,16 +270,14 @@ def chest() -> tuple[Vec3, Articulation]:
     return (x, y, z), found_on(vertices, faces)
 
 
-def toaster() -> tuple[str, float, str]:
-    return "toaster", 0.8, "CLIP says a toaster"
-
-
-def nothing() -> tuple[str, float, str]:
-    return "", 0.2, "CLIP says a kettle at 20%, which names nothing"
-
-
 def test_the_user_goes_before_a_look_a_name_and_the_shape(tmp_path: Path, chest: tuple[Vec3, Articulation]) -> None:
-    fridge, unnamed = one(tmp_path, "fridge.obj"), one(tmp_path, "mesh_0042.obj")
+    def toaster() -> tuple[str, float, str]:
+        return "toaster", 0.8, "CLIP says a toaster"
+
+    def nothing() -> tuple[str, float, str]:
+        return "", 0.2, "CLIP says a kettle at 20%, which names nothing"
+
+    fridge, unnamed = found_at(tmp_path, "fridge.obj"), found_at(tmp_path, "mesh_0042.obj")
     kind = guess_category(fridge, *chest, stated="dishwasher", classify_by_image=toaster)
     assert (kind.id, kind.confidence) == ("dishwasher", 1.0)
     with pytest.raises(UnknownId):
@@ -347,9 +298,8 @@ def test_the_user_goes_before_a_look_a_name_and_the_shape(tmp_path: Path, chest:
 
 
 def faults(asset: Asset, folder: Path) -> tuple[str, ...]:
-    known = registry.load()
-    contract = known.contracts.get(asset.contract or "")
-    return unmet_checks(asset, category(asset), packed(asset, folder).root, contract, known.limits)
+    known, root = registry.load(), packed(asset, folder).root
+    return acceptance.unmet_checks(asset, category(asset), root, known.contracts.get(asset.contract), known.limits)
 
 
 def test_an_asset_lacks_nothing_of_its_contract_or_says_what(tmp_path: Path) -> None:
@@ -361,7 +311,115 @@ def test_an_asset_lacks_nothing_of_its_contract_or_says_what(tmp_path: Path) -> 
     found = faults(stiff, tmp_path / "stiff")
     assert found
     assert all(f.startswith("KIN") for f in found), "what does not move is said once the names are right"
-    asset = without_contract(hob(), tuple(f"CON001 joints/k{i}: is not there" for i in range(MAX_LISTED_FAULTS + 2)))
+    many = tuple(f"CON001 joints/k{i}: is not there" for i in range(acceptance.MAX_LISTED_FAULTS + 2))
+    asset = acceptance.without_contract(hob(), many)
     guess = asset.provenance.guesses[-1]
     assert (asset.contract, guess.subject, guess.value) == (None, "contract", "not stovetop")
     assert guess.reason.endswith("and 2 more")
+
+
+def made(mesh: Path, decisions: Decisions) -> ArticulateResult:
+    """The microwave with decisions, axes given."""
+    return build(ArticulateRequest(mesh, mesh.parent, decisions=decisions, **AXES))
+
+
+def one(name: str, decision: PartDecision) -> Decisions:
+    return Decisions(parts={name: decision})
+
+
+def test_a_hinge_is_fixed_in_a_line(mesh: Path) -> None:
+    built = made(mesh, one("door_0", PartDecision(hinge=HingeEdge.BOTTOM)))
+    assert built.asset.joint_of("door_0").axis == pytest.approx((1.0, 0.0, 0.0))
+    at = built.asset.asset_from_link("door_0").position
+    assert at[2] == pytest.approx(0.0, abs=1e-6)
+    door = next(p for p in built.articulation.parts if p.name == "door_0")
+    assert door.joint.edge is HingeEdge.BOTTOM
+    assert door.joint.confidence == 1.0
+
+
+MANY = Decisions(
+    decision=Word.ACCEPT,
+    parts={
+        "door_0": PartDecision(flip=True),
+        "knob_0": PartDecision(remove=True),
+        "button_0": PartDecision(merge="button_1"),
+        "mine": PartDecision(kind=PartKind.LEVER, box_m=((0.15, -0.3, 0.15), (0.19, -0.14, 0.19)), axis="-y"),
+    },
+)
+
+
+@pytest.mark.parametrize("decisions", [Decisions(), MANY], ids=["none", "many"])
+def test_a_sidecar_repeats_what_was_decided(mesh: Path, tmp_path: Path, decisions: Decisions) -> None:
+    first = build(ArticulateRequest(mesh, tmp_path, decisions=decisions))
+    path = tmp_path / "d.yaml"
+    path.write_text(first.decisions_text(decisions), encoding="utf-8")
+    again = build(ArticulateRequest(mesh, tmp_path, decisions=read_decisions(path)))
+    assert again.asset.digest == first.asset.digest
+
+
+def test_a_part_that_is_a_piece_of_another_moves_with_it(mesh: Path) -> None:
+    plain, bare = made(mesh, Decisions()), made(mesh, one("knob_0", PartDecision(remove=True)))
+    assert [k.name for k in bare.asset.links] == [k.name for k in plain.asset.links if k.name != "knob_0"]
+    faces = [sum(len(v.mesh.faces) for k in b.asset.links for v in k.visuals) for b in (plain, bare)]
+    assert faces[0] == faces[1], "what is removed stays with the body"
+    before = {p.name: p for p in plain.articulation.parts}
+    decisions = Decisions(parts={"knob_0": PartDecision(merge="button_0"), "button_0": PartDecision(merge="button_1")})
+    parts = {p.name: p for p in made(mesh, decisions).articulation.parts}
+    assert before.keys() - parts.keys() == {"knob_0", "button_0"}
+    pieces = [before[name].faces for name in ("knob_0", "button_0", "button_1")]
+    assert parts["button_1"].faces.tolist() == sorted(np.concatenate(pieces).tolist())
+    assert parts["button_1"].joint == before["button_1"].joint
+    circle = Decisions(parts={"knob_0": PartDecision(merge="door_0"), "door_0": PartDecision(merge="knob_0")})
+    with pytest.raises(Rejected, match="circle"):
+        made(mesh, circle)
+
+
+def test_a_part_that_was_missed_is_given_by_a_box(mesh: Path) -> None:
+    # The knob, as a lever of its own name; asset frame: origin under the middle, 0.05 m of handle in front.
+    knob = next(p for p in made(mesh, Decisions()).articulation.parts if p.kind is PartKind.KNOB)
+    corners = ((0.15, -0.3, 0.03), (0.23, -0.14, 0.11))
+    built = made(mesh, one("my_lever", PartDecision(kind=PartKind.LEVER, box_m=corners, axis="-y", opens_deg=40)))
+    lever = next(p for p in built.articulation.parts if p.name == "my_lever")
+    assert lever.faces.tolist() == knob.faces.tolist()
+    assert all(p.kind is not PartKind.KNOB for p in built.articulation.parts)
+    joint = built.asset.joint_of("my_lever")
+    assert joint.axis == (0.0, -1.0, 0.0)
+    assert joint.range[1] == pytest.approx(math.radians(40), abs=1e-5)
+
+
+def test_kind_range_and_carrier_are_changed(mesh: Path) -> None:
+    decisions = Decisions(
+        parts={
+            "door_0": PartDecision(kind=PartKind.DRAWER, travel_m=0.2),
+            "knob_0": PartDecision(endless=False, opens_deg=270, on="door_0"),
+        }
+    )
+    built = made(mesh, decisions)
+    door, knob = (built.asset.joint_of(name) for name in ("door_0", "knob_0"))
+    assert door.kind is JointKind.SLIDE
+    assert door.axis == (0.0, -1.0, 0.0)
+    assert door.range == pytest.approx((0.0, 0.2))
+    assert knob.range[1] == pytest.approx(math.radians(270), abs=1e-5)
+    assert built.asset.link("knob_0").parent == "door_0"
+
+
+def test_a_mesh_is_rejected_by_a_person_or_where_decisions_do_not_fit_it_or_name_nothing(mesh: Path) -> None:
+    unfit = Decisions(cavities={"drawer_9": CavityDecision(build=True)}), Decisions(front="+z")
+    for code, decisions in (("REV002", Decisions(decision=Word.REJECT)), *(("ART002", one) for one in unfit)):
+        with pytest.raises(Rejected) as caught:
+            build(ArticulateRequest(mesh, mesh.parent, up=(0.0, 0.0, 1.0), decisions=decisions))
+        assert caught.value.code == code
+    with pytest.raises(Rejected, match="did you mean door_0"):
+        made(mesh, one("door_9", PartDecision(hinge=HingeEdge.LEFT)))
+    with pytest.raises(Rejected, match="nobody"):
+        made(mesh, one("door_0", PartDecision(on="nobody")))
+
+
+def test_a_fault_in_the_file_has_a_line(tmp_path: Path) -> None:
+    path = tmp_path / "d.yaml"
+    path.write_text("parts:\n  door_0:\n    hinge: middle\n", encoding="utf-8")
+    with pytest.raises(RegistryError, match=r"d.yaml:3: parts.door_0.hinge"):
+        read_decisions(path)
+    path.write_text("up: sideways\n", encoding="utf-8")
+    with pytest.raises(RegistryError, match="sideways"):
+        read_decisions(path)

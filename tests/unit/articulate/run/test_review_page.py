@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import threading
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +19,7 @@ from casa_assets.library.library import Library
 from casa_assets.library.review import mesh_decisions, read_review
 from casa_assets.model.asset.parts import JointKind
 from casa_assets.show.view.review import ReviewServer
-from tests.support.library.server_requests import ask
+from tests.support.library.server_requests import ask, running
 from tests.unit.articulate.blocks import drawers, microwave
 from tests.unit.articulate.test_assemble import obj
 
@@ -53,7 +52,6 @@ def facts(place: Path) -> dict[str, Any]:
 def facts_of(page: str) -> dict[str, Any]:
     """What a page shows, by the name of the mesh."""
     match = re.search(r'<script type="application/json" id="data">(.*?)</script>', page, re.DOTALL)
-    assert match is not None
     assert "<b>drawers" not in page
     return {row["name"]: row for row in json.loads(match[1])["rows"]}
 
@@ -144,32 +142,26 @@ def test_a_review_file_that_means_nothing_is_told_with_its_line(tmp_path: Path) 
 
 
 def test_a_page_that_is_served_writes_into_the_library(place: Path) -> None:
-    with ReviewServer(Library(place / "lib")) as server:
-        thread = threading.Thread(target=server.serve_forever)
-        thread.start()
-        try:
-            status, page = ask(server, f"/{server.token}/articulated")
-            assert status == 200
-            assert b"microwave.obj" in page
-            row = facts(place)["microwave.obj"]
-            status, picture = ask(server, f"/{server.token}/{row['strip'].removeprefix('./')}")
-            assert (status, picture[:4]) == (200, b"\x89PNG")
-            model = facts_of(page.decode())["microwave.obj"]["model"]
-            status, script = ask(server, f"/{server.token}/{model['script'].removeprefix('./')}")
-            assert (status, script) == (200, (place / "lib" / row["model"]["script"]).read_bytes())
-            assert ask(server, f"/{server.token}/{model['viewer'].removeprefix('./')}")[0] == 200
-            assert ask(server, f"/{server.token}/models/another.glb.js")[0] == 404
-            assert ask(server, f"/{server.token}/microwave/../../in/microwave.obj")[0] == 404
-            address = f"/{server.token}/decide_articulated"
-            said = {"sha256": row["sha256"], "decisions": {"parts": {"door_0": {"hinge": "top"}}}}
-            assert ask(server, address, {**said, "decisions": {"parts": {"door_0": {"hinge": "middle"}}}})[0] == 400
-            assert ask(server, address, {**said, "decisions": {"category": "no_such_thing"}})[0] == 400
-            assert ask(server, "/wrong/decide_articulated", said)[0] == 400
-            assert mesh_decisions(server.library) == {}
-            assert ask(server, address, said)[0] == 200
-            assert mesh_decisions(server.library)[row["sha256"]].parts["door_0"].hinge is HingeEdge.TOP
-            assert ask(server, address, {**said, "decisions": {}})[0] == 200
-            assert mesh_decisions(server.library) == {}
-        finally:
-            server.shutdown()
-            thread.join()
+    with running(ReviewServer(Library(place / "lib"))) as server:
+        status, page = ask(server, f"/{server.token}/articulated")
+        assert status == 200
+        assert b"microwave.obj" in page
+        row = facts(place)["microwave.obj"]
+        status, picture = ask(server, f"/{server.token}/{row['strip'].removeprefix('./')}")
+        assert (status, picture[:4]) == (200, b"\x89PNG")
+        model = facts_of(page.decode())["microwave.obj"]["model"]
+        status, script = ask(server, f"/{server.token}/{model['script'].removeprefix('./')}")
+        assert (status, script) == (200, (place / "lib" / row["model"]["script"]).read_bytes())
+        assert ask(server, f"/{server.token}/{model['viewer'].removeprefix('./')}")[0] == 200
+        assert ask(server, f"/{server.token}/models/another.glb.js")[0] == 404
+        assert ask(server, f"/{server.token}/microwave/../../in/microwave.obj")[0] == 404
+        address = f"/{server.token}/decide_articulated"
+        said = {"sha256": row["sha256"], "decisions": {"parts": {"door_0": {"hinge": "top"}}}}
+        assert ask(server, address, {**said, "decisions": {"parts": {"door_0": {"hinge": "middle"}}}})[0] == 400
+        assert ask(server, address, {**said, "decisions": {"category": "no_such_thing"}})[0] == 400
+        assert ask(server, "/wrong/decide_articulated", said)[0] == 400
+        assert mesh_decisions(server.library) == {}
+        assert ask(server, address, said)[0] == 200
+        assert mesh_decisions(server.library)[row["sha256"]].parts["door_0"].hinge is HingeEdge.TOP
+        assert ask(server, address, {**said, "decisions": {}})[0] == 200
+        assert mesh_decisions(server.library) == {}

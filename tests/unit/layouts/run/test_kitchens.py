@@ -17,12 +17,9 @@ import pytest
 import casa_assets
 from casa_assets.cache import store
 from casa_assets.errors import CasaError, UnknownId
-from casa_assets.formats.mjcf import kitchen as mjcf
-from casa_assets.formats.usd import isaac_lab
-from casa_assets.formats.usd import kitchen as usd
 from casa_assets.layouts.run import kept, resolve, scene_folders
 from casa_assets.layouts.run.recipe import SceneRecipe, all_recipes, recipe_of, recipes_matching, recipes_named
-from casa_assets.layouts.run.scene_files import LIGHT_FILE, OVERVIEW, SCENE_JSON, WRITTEN
+from casa_assets.layouts.run.scene_files import OVERVIEW, SCENE_JSON, WRITTEN
 from casa_assets.model.kitchen.choices import Surface
 from casa_assets.registry.kitchens import plan_names, style_names
 from casa_assets.show.stills import kitchen
@@ -48,6 +45,7 @@ def test_fault_of_one_scene_is_in_its_result(tmp_path: Path) -> None:
 
 class TestScene:
     def test_it_is_kept_while_it_is_whole(self, out: Path) -> None:
+        assert {*WRITTEN, SCENE_JSON} == {path.name for path in (out / SCENE).iterdir()}
         before = (out / SCENE / "scene.xml").stat().st_mtime_ns
         assert scene_folders.build_one(SceneRecipe(PLAN, STYLE), out, drawn=False).kept
         assert (out / SCENE / "scene.xml").stat().st_mtime_ns == before
@@ -169,14 +167,10 @@ class TestLoader:
             textures.show({"floor": "oak_ebony"})
         with pytest.raises(UnknownId, match="light"):
             casa_assets.kitchen(SCENE, detail="lite")  # type: ignore[arg-type]
-        with pytest.raises(UnknownId, match=SCENE):
-            casa_assets.kitchen(SCENE + "x")
-        with pytest.raises(CasaError, match="holds neither"):
-            casa_assets.load(out / "nowhere")
 
 
 class TestIds:
-    def test_an_id_brings_its_recipe_back(self, subtests: pytest.Subtests) -> None:
+    def test_an_id_brings_its_recipe_back(self) -> None:
         for recipe, expected in (
             (SceneRecipe(PLAN, STYLE), ""),
             (SceneRecipe(PLAN, STYLE, 12, closed=True), "__s12__closed"),
@@ -185,9 +179,8 @@ class TestIds:
             (SceneRecipe(PLAN, STYLE, objects=40, objects_seed=3), "__o40s3"),
             (SceneRecipe(PLAN, STYLE, mixed=True, closed=True, objects=4), "__mixed__closed__o4"),
         ):
-            with subtests.test(recipe=recipe):
-                assert re.fullmatch(SCENE + expected, recipe.scene_id)
-                assert recipe_of(recipe.scene_id) == recipe
+            assert re.fullmatch(SCENE + expected, recipe.scene_id), recipe
+            assert recipe_of(recipe.scene_id) == recipe
 
     def test_chosen_finishes_and_models_are_found_where_the_scene_is(self, tmp_path: Path) -> None:
         models = resolve.ordered_models([("range", "range/pro_six"), ("fridge", "library:fridge_ab12")])
@@ -253,13 +246,8 @@ def remembered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "scenes"
 
 
-def test_what_is_written_has_these_names() -> None:
-    assert set(WRITTEN) == {mjcf.FILE, LIGHT_FILE, usd.FILE, usd.NESTED_FILE, isaac_lab.FILE}
-
-
 def test_a_remembered_one_is_kept_while_its_files_are_there(remembered: Path) -> None:
     found = kept.kept_scene(KEPT, remembered, drawn=True)
-    assert found is not None
     assert (found.kept, found.folder) == (True, str(remembered / KEPT.scene_id))
     (remembered / KEPT.scene_id / f"{OVERVIEW}.png").unlink()
     assert kept.kept_scene(KEPT, remembered, drawn=True) is None

@@ -22,22 +22,16 @@ pytestmark = pytest.mark.content("code", "layouts.run", keep=0)
 COUNT = 4
 PLAIN = SceneRecipe("one_wall_small", "scandinavian")
 LIVED_IN = replace(PLAIN, objects=COUNT)
+Made = tuple[KitchenRequest, Scene]
 
 
 @pytest.fixture(scope="module")
-def plain(cache: Path) -> tuple[KitchenRequest, Scene]:
-    return build_scene(PLAIN, cache)
-
-
-@pytest.fixture(scope="module")
-def lived_in(cache: Path) -> tuple[KitchenRequest, Scene]:
+def lived_in(cache: Path) -> Made:
     return build_scene(LIVED_IN, cache)
 
 
-def test_objects_are_at_rest_and_change_nothing_else(
-    plain: tuple[KitchenRequest, Scene], lived_in: tuple[KitchenRequest, Scene]
-) -> None:
-    (kitchen, before), (same, after) = plain, lived_in
+def test_objects_are_at_rest_and_change_nothing_else(cache: Path, lived_in: Made) -> None:
+    (kitchen, before), (same, after) = build_scene(PLAIN, cache), lived_in
     assert (same, before.objects, after.exclusions) == (kitchen, (), before.exclusions)
     assert after.placements[: len(before.placements)] == before.placements
     assert facts_of(same, after).fixtures == facts_of(kitchen, before).fixtures
@@ -48,7 +42,7 @@ def test_objects_are_at_rest_and_change_nothing_else(
     assert max(rest.depth for rest in rests.values()) <= 0.001
 
 
-def test_same_recipe_same_scene(cache: Path, lived_in: tuple[KitchenRequest, Scene]) -> None:
+def test_same_recipe_same_scene(cache: Path, lived_in: Made) -> None:
     assert build_scene(LIVED_IN, cache)[1] == lived_in[1]
     assert kitchen_key(LIVED_IN) != kitchen_key(PLAIN)
     assert kitchen_key(LIVED_IN) != kitchen_key(replace(LIVED_IN, objects_seed=1))
@@ -62,7 +56,7 @@ def test_the_key_of_objects_has_the_keys_of_all_that_may_be_drawn(monkeypatch: p
     resolve._members_key.cache_clear()
 
 
-def test_facts_list_the_objects_and_what_holds_them(lived_in: tuple[KitchenRequest, Scene]) -> None:
+def test_facts_list_the_objects_and_what_holds_them(lived_in: Made) -> None:
     kitchen, scene = lived_in
     facts = describe(LIVED_IN, kitchen, scene)
     fixtures = {fixture["name"]: fixture for fixture in facts["fixtures"]}

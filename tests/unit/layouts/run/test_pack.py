@@ -24,24 +24,26 @@ pytestmark = pytest.mark.content("code", "layouts.run", keep=0)
 
 SCENE = "one_wall_small__coastal"
 Checked = tuple[Path, SceneResult]
+Packs = dict[PackKind, Path]
 ENTRY_HEADER = 30
 
 
 @pytest.fixture(scope="module")
-def zipped(checked_kitchen: Checked, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return pack_scene(SCENE, checked_kitchen[0], PackKind.ZIP, tmp_path_factory.mktemp("zip") / "kitchen.zip").file
+def packs(checked_kitchen: Checked, tmp_path_factory: pytest.TempPathFactory) -> Packs:
+    folder = tmp_path_factory.mktemp("packs")
+    return {kind: pack_scene(SCENE, checked_kitchen[0], kind, folder / f"kitchen.{kind}").file for kind in PackKind}
+
+
+@pytest.fixture
+def usdz(packs: Packs) -> Path:
+    return packs[PackKind.USDZ]
 
 
 @pytest.fixture(scope="module")
-def usdz(checked_kitchen: Checked, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return pack_scene(SCENE, checked_kitchen[0], PackKind.USDZ, tmp_path_factory.mktemp("usdz") / "kitchen.usdz").file
-
-
-@pytest.fixture(scope="module")
-def unpacked(zipped: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def unpacked(packs: Packs, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of the kitchen, unzipped where nothing else is."""
     folder = tmp_path_factory.mktemp("elsewhere")
-    with zipfile.ZipFile(zipped) as archive:
+    with zipfile.ZipFile(packs[PackKind.ZIP]) as archive:
         archive.extractall(folder)
     assert [path.name for path in folder.iterdir()] == [SCENE]
     return folder / SCENE
@@ -101,14 +103,12 @@ def test_a_usdz_is_stored_plainly_at_multiples_of_64_bytes(usdz: Path) -> None:
 
 
 class TestPack:
-    @pytest.mark.parametrize("kind", list(PackKind))
-    def test_same_scene_is_same_bytes(
-        self, kind: PackKind, checked_kitchen: Checked, zipped: Path, usdz: Path, tmp_path: Path
-    ) -> None:
-        again = pack_scene(SCENE, checked_kitchen[0], kind, tmp_path / "new" / "again")
-        assert again.file.read_bytes() == {PackKind.ZIP: zipped, PackKind.USDZ: usdz}[kind].read_bytes()
-        assert not again.built
-        assert [path.name for path in again.file.parent.iterdir()] == ["again"]
+    def test_same_scene_is_same_bytes(self, checked_kitchen: Checked, packs: Packs, tmp_path: Path) -> None:
+        for kind, file in packs.items():
+            again = pack_scene(SCENE, checked_kitchen[0], kind, tmp_path / kind / "again")
+            assert again.file.read_bytes() == file.read_bytes(), kind
+            assert not again.built
+            assert [path.name for path in again.file.parent.iterdir()] == ["again"]
 
     def test_what_is_missing_or_no_file_is_told(self, checked_kitchen: Checked, tmp_path: Path) -> None:
         with pytest.raises(OutputError, match="name a file"):
@@ -119,12 +119,12 @@ class TestPack:
         with pytest.raises(OutputError, match=f"{picture.name}.*--force"):
             members_of(tmp_path / "scenes" / SCENE)
 
-    def test_verb_tells_what_it_wrote(self, checked_kitchen: Checked, zipped: Path, tmp_path: Path) -> None:
+    def test_verb_tells_what_it_wrote(self, checked_kitchen: Checked, packs: Packs, tmp_path: Path) -> None:
         command = ["pack", SCENE, "--zip", "--scenes-folder", str(checked_kitchen[0]), "--out", str(tmp_path / "k")]
         told = CliRunner().invoke(app, [*command, "--json"])
         assert told.exit_code == 0, told.output
         row = json.loads(told.stdout)
         assert (row["id"], row["kind"], row["built"]) == (SCENE, "zip", False)
-        assert row["bytes"] == zipped.stat().st_size == (tmp_path / "k.zip").stat().st_size
+        assert row["bytes"] == packs[PackKind.ZIP].stat().st_size == (tmp_path / "k.zip").stat().st_size
         assert list(tmp_path.iterdir()) == [tmp_path / "k.zip"], "the suffix is added"
         assert CliRunner().invoke(app, ["pack", SCENE]).exit_code == 2

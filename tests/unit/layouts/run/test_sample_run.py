@@ -7,7 +7,6 @@ and its workers. What is tested is the run: processes, folders, records.
 from __future__ import annotations
 
 import json
-import os
 import signal
 import subprocess
 import time
@@ -17,7 +16,7 @@ from pathlib import Path
 import pytest
 
 from casa_assets.layouts.run.sample import FOLDER, draw_recipes
-from tests.support.library.libraries import ROOT, command
+from tests.support.library.libraries import hooked
 
 pytestmark = pytest.mark.content("code", "layouts.run", keep=0)
 
@@ -92,18 +91,9 @@ class Runs:
     folder: Path
 
     def start(self, out: str, jobs: int = 2, pause_s: float = 0.1, deadly: str = "") -> subprocess.Popen[str]:
-        (self.folder / "sitecustomize.py").write_text(STAND_INS, encoding="utf-8")
-        environment = {
-            **os.environ,
-            "PYTHONPATH": f"{self.folder}:{os.environ.get('PYTHONPATH', ROOT)}",
-            "CASA_TEST_LOG": str(self.log(out)),
-            "CASA_TEST_PAUSE_S": str(pause_s),
-            "CASA_TEST_DEADLY": deadly,
-        }
-        words = ("scenes", "sample", str(COUNT), "--seed", "3", "--jobs", str(jobs), "--out", str(self.folder / out))
-        return subprocess.Popen(
-            command(*words), cwd=ROOT, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-        )
+        said = {"CASA_TEST_LOG": str(self.log(out)), "CASA_TEST_PAUSE_S": str(pause_s), "CASA_TEST_DEADLY": deadly}
+        words = ("scenes", "sample", COUNT, "--seed", 3, "--jobs", jobs, "--out", self.folder / out)
+        return hooked(STAND_INS, self.folder, *words, **said)
 
     def finish(self, out: str, code: int = 0, jobs: int = 2, pause_s: float = 0.0, deadly: str = "") -> str:
         started = self.start(out, jobs, pause_s, deadly)
@@ -142,9 +132,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Runs:
 class TestStopped:
     @pytest.mark.representatives(1)
     @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
-    def test_it_goes_on_and_its_bytes_are_those_of_a_run_that_was_not_stopped(
-        self, runs: Runs, whole: Runs, number: signal.Signals
-    ) -> None:
+    def test_it_goes_on_and_makes_the_same_bytes(self, runs: Runs, whole: Runs, number: signal.Signals) -> None:
         for after in (2, 5):
             stopped = runs.start("stopped")
             while len(runs.begun("stopped")) < after and stopped.poll() is None:
@@ -159,9 +147,7 @@ class TestStopped:
         assert len(begun) <= COUNT + 4
         assert f"of {COUNT} draws passed" in told
 
-    def test_any_number_of_jobs_makes_the_same_and_a_damaged_record_is_made_again(
-        self, runs: Runs, whole: Runs
-    ) -> None:
+    def test_any_number_of_jobs_makes_the_same_and_a_damaged_record_again(self, runs: Runs, whole: Runs) -> None:
         runs.finish("one", jobs=1)
         record = next((runs.folder / "one" / ".casa" / "cache" / FOLDER).iterdir())
         record.write_text(record.read_text(encoding="utf-8")[:-9], encoding="utf-8")

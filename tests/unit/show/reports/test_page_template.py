@@ -24,20 +24,9 @@ from casa_assets.library import attribution
 from casa_assets.library.library import Library
 from casa_assets.show import page as viewer
 from casa_assets.show.page import kitchen_report, page_template
-from casa_assets.show.page.page_template import (
-    MADE_BY,
-    ModelFiles,
-    Words,
-    folder_of,
-    model_script,
-    models_of,
-    viewer_name,
-    viewer_script,
-    write_models,
-)
+from casa_assets.show.page.page_template import ModelFiles, Words, viewer_name, viewer_script, write_models
 from casa_assets.show.reports import catalogue, findings, home, kitchens, library_page
 from casa_assets.show.reports.library_page import write
-from casa_assets.show.reports.library_page import write as write_report
 from casa_assets.show.view import review, server
 from tests.support.asset.assets import rigid_mug
 from tests.support.library.built_libraries import keep, loose_and_fixed
@@ -86,15 +75,13 @@ def test_a_page_is_for_phones_too_names_its_version_and_fetches_nothing() -> Non
         assert "prefers-color-scheme: dark" in tree.xpath("//style")[0].text_content()
 
 
-def reached_by(name: str) -> set[str]:
-    """Templates that the module of a page reaches, as its cache key counts them."""
-    package = Path(cache_key.__file__).parents[1]
-    paths = [package / path for path in reach(PAGES[name].__name__).data]
-    return {path.relative_to(FOLDER).as_posix() for path in paths if path.is_relative_to(FOLDER)}
-
-
 def test_a_changed_template_makes_a_page_again() -> None:
-    reached = {name: reached_by(name) for name in PAGES}
+    """Templates that the module of a page reaches count in its cache key."""
+    start = f"{FOLDER.relative_to(Path(cache_key.__file__).parents[1]).as_posix()}/"
+    reached = {}
+    for name, module in PAGES.items():
+        paths = (Path(path).as_posix() for path in reach(module.__name__).data)
+        reached[name] = {path.removeprefix(start) for path in paths if path.startswith(start)}
     assert [name for name in PAGES if not {name, *FRAME} <= reached[name]] == []
     assert {"browse/browse.html", "browse/browse.js"} <= reached["kitchens/index.html"]
     assert "browse/browse.html" not in reached["catalogue/catalogue.html"]
@@ -166,10 +153,10 @@ def test_what_is_there_is_shown_with_links_to_its_pages(tmp_path: Path) -> None:
     assert [h2.text_content() for h2 in home_of(tmp_path).xpath("//h2")] == ["What to try next"]
     root = keep(tmp_path / "library", [FIRST, OTHER])
     refused(root, "FLT005", "links: 2 large parts stand apart; give each object a file of its own")
-    write_report(root, root / "report.html")
+    write(root, root / "report.html")
     galley = scene(tmp_path / "scenes", "galley", "rustic")
-    (galley / "overview.png").write_bytes(b"png")
-    (galley / "eye_open.png").write_bytes(b"png")
+    for name in ("overview", "eye_open"):
+        (galley / f"{name}.png").write_bytes(b"png")
     scene(tmp_path / "scenes", "l_small", "rustic")
     tree = home_of(tmp_path)
     links = set(tree.xpath("//main//a/@href"))
@@ -198,15 +185,16 @@ def test_what_was_articulated_is_shown_with_its_joints(tmp_path: Path) -> None:
 BUNDLE = Path(viewer.__file__).parent / "bundle"
 
 
-def test_the_bundle_is_built_from_the_sources_beside_it() -> None:
+def test_the_bundle_is_built_from_the_sources_beside_it_and_loads_nothing() -> None:
     """The first line of the bundle has the digest of its sources, see build.mjs; `./dev viewer` builds it again."""
     names = ["build.mjs", "package-lock.json", "package.json", *(f"src/{p.name}" for p in sorted(BUNDLE.glob("src/*")))]
     digest = hashlib.sha256(b"".join(n.encode() + b"\0" + (BUNDLE / n).read_bytes() + b"\0" for n in names)).hexdigest()
     first = viewer_script().split(b"\n", 1)[0].decode()
     assert digest in first, "the sources of the viewer have changed since: ./dev viewer"
-
-
-def test_the_lock_names_no_registry() -> None:
+    # Namespaces of XML are names and not loaded; three.js names its own pages in warnings.
+    found = set(re.findall(rb"https?://[^\s\"'`)]+", viewer_script()))
+    assert {url for url in found if not re.search(rb"w3\.org|threejs\.org|github\.com", url)} == set()
+    # The lock names no registry.
     text = (BUNDLE / "package-lock.json").read_text(encoding="utf-8")
     assert "http" not in text
     packages = json.loads(text)["packages"]
@@ -216,35 +204,23 @@ def test_the_lock_names_no_registry() -> None:
         assert packages[f"node_modules/{name}"]["integrity"]
 
 
-def test_the_bundle_names_no_address_that_it_would_load() -> None:
-    """Namespaces of XML are names and not loaded; three.js names its own pages in warnings."""
-    found = set(re.findall(rb"https?://[^\s\"'`)]+", viewer_script()))
-    assert {url for url in found if not re.search(rb"w3\.org|threejs\.org|github\.com", url)} == set()
-
-
 def test_a_model_comes_out_as_it_went_in() -> None:
     glb = asset_glb(rigid_mug())
-    script = model_script("mug_0123456789", glb)
-    assert script == model_script("mug_0123456789", glb)
+    script = page_template.model_script("mug_0123456789", glb)
+    assert script == page_template.model_script("mug_0123456789", glb)
     match = re.fullmatch(rb'casaModel\("mug_0123456789","([A-Za-z0-9+/=]+)"\);\n', script)
-    assert match is not None
     assert gzip.decompress(base64.b64decode(match[1])) == glb
 
 
-of_reports = pytest.mark.content("code", "show.reports", keep=0)
-
-
-@pytest.fixture
-def library(tmp_path: Path) -> Path:
-    return keep(tmp_path / "lib", loose_and_fixed())
-
-
-@of_reports
-def test_models_are_made_once_and_follow_their_assets_and_the_code(library: Path) -> None:
-    page, models = library / "report.html", folder_of(library / "report.html")
+@pytest.mark.content("code", "show.reports", keep=0)
+def test_models_are_made_once_and_follow_their_assets_and_the_code_and_the_page_knows_where(tmp_path: Path) -> None:
+    library = keep(tmp_path / "lib", loose_and_fixed())
+    page = library / "report.html"
+    models = page_template.folder_of(page)
     names = {folder.name for folder in Library(library).accepted()}
     assert list(write_models(library, page, jobs=1)) == [(done, len(names)) for done in range(len(names) + 1)]
-    assert {path.name for path in models.iterdir()} == {MADE_BY, viewer_name(), *(f"{name}.glb.js" for name in names)}
+    made = {page_template.MADE_BY, viewer_name(), *(f"{name}.glb.js" for name in names)}
+    assert {path.name for path in models.iterdir()} == made
     times = {path.name: path.stat().st_mtime_ns for path in models.iterdir()}
     assert list(write_models(library, page, jobs=1)) == [(len(names), len(names))]
     assert {path.name: path.stat().st_mtime_ns for path in models.iterdir()} == times
@@ -254,7 +230,7 @@ def test_models_are_made_once_and_follow_their_assets_and_the_code(library: Path
     (corrected / "asset.json").touch()
     list(write_models(library, page, jobs=1))
     assert {path.name: path.read_bytes() for path in models.iterdir()} == before, "an asset was written again"
-    (models / MADE_BY).write_text("another version", encoding="utf-8")
+    (models / page_template.MADE_BY).write_text("another version", encoding="utf-8")
     (models / "viewer_0.js").write_text("of another version", encoding="utf-8")
     for path in models.glob("*.glb.js"):
         path.write_bytes(b"of another version")
@@ -263,15 +239,8 @@ def test_models_are_made_once_and_follow_their_assets_and_the_code(library: Path
     shutil.rmtree(gone)
     list(write_models(library, page, jobs=1))
     assert not (models / f"{gone.name}.glb.js").exists()
-
-
-@of_reports
-def test_the_page_knows_where_they_are(library: Path) -> None:
-    page = library / "report.html"
-
-    viewer = f"./report_models/{viewer_name()}"
-    files = {"folder": "./report_models", "suffix": ".glb.js", "viewer": viewer}
-    for models, told in ((None, None), (models_of(page), files)):
+    files = {"folder": "./report_models", "suffix": ".glb.js", "viewer": f"./report_models/{viewer_name()}"}
+    for models, told in ((None, None), (page_template.models_of(page), files)):
         write(library, page, models=models)
         text = page.read_text(encoding="utf-8")
         (data,) = html.fromstring(text).xpath("//script[@id='data']/text()")

@@ -75,13 +75,9 @@ def test_a_view_is_drawn_as_a_camera_there(pictures: dict[str, Picture], made: k
     assert np.abs(shifted[rows:] - same[:-rows]).mean() < 2.0 < np.abs(shifted - same).mean()
 
 
-def is_red(picture: Picture) -> npt.NDArray[np.bool_]:
-    return np.asarray(picture[..., 0] - picture[..., 1] > 50)
-
-
 def test_the_floor_is_darker_below_things(pictures: dict[str, Picture]) -> None:
     floor = pictures["down"].mean(axis=2)
-    red = is_red(pictures["down"])
+    red = pictures["down"][..., 0] - pictures["down"][..., 1] > 50
     rows, columns = np.flatnonzero(red.any(axis=1)), np.flatnonzero(red.any(axis=0))
     above = floor[rows[0] - 3, columns[4] : columns[-4]]
     assert above.mean() < 0.8 * np.percentile(floor[~red], 90)

@@ -15,15 +15,8 @@ from casa_assets.cli.main import app
 from casa_assets.core import system
 from casa_assets.errors import UnknownId
 from casa_assets.show.reports import pictures
-from casa_assets.show.stills.photoreal import (
-    BEYOND_M,
-    EYE_M,
-    NoPathTracer,
-    StillSettings,
-    eye_view,
-    scene_stills,
-    sun_direction,
-)
+from casa_assets.show.stills import photoreal
+from casa_assets.show.stills.photoreal import BEYOND_M, NoPathTracer, eye_view, scene_stills
 
 WIDE = 16 / 9
 OVERVIEW = {"name": "overview", "fov_y_deg": 50.0, "position": [2.0, -9.0, 6.0], "quaternion": [0.86, 0.5, 0.0, 0.0]}
@@ -44,22 +37,15 @@ def room(*fixtures: dict[str, Any], deep: float = 4.0) -> dict[str, Any]:
     return {"room": shell, "cameras": [OVERVIEW], "fixtures": list(fixtures)}
 
 
-RANGE, FRIDGE = (
-    fixture("range", (2.0, -0.3, 0.45), (0.8, 0.6, 0.9)),
-    fixture("fridge", (0.5, -0.4, 0.9), (0.9, 0.7, 1.8)),
-)
-
-
-def forward(quaternion: tuple[float, float, float, float]) -> np.ndarray:
-    w, x, y, z = quaternion
-    # -z of the camera in the world.
-    return -np.array([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)])
+RANGE = fixture("range", (2.0, -0.3, 0.45), (0.8, 0.6, 0.9))
+FRIDGE = fixture("fridge", (0.5, -0.4, 0.9), (0.9, 0.7, 1.8))
 
 
 def test_the_eye_looks_level_at_things_on_the_wall() -> None:
     view = eye_view(room(RANGE, FRIDGE), "eye", WIDE)
-    ahead = forward(view.quaternion)
-    assert view.position[2] == EYE_M
+    w, x, y, z = view.quaternion
+    ahead = -np.array([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)])
+    assert view.position[2] == photoreal.EYE_M
     assert ahead[2] == pytest.approx(0.0, abs=1e-9)
     for target in ((2.0, -0.3), (0.5, -0.4)):
         offset = np.array(target) - view.position[:2]
@@ -84,8 +70,7 @@ def test_the_sun_comes_in_and_down_through_a_window_past_things_beside_it() -> N
         scene = room(RANGE, second)
         window = {"id": "w", "kind": "window", "wall": "0", "from": [1.4, 0.0, 1.0], "to": [2.6, 0.0, 2.0]}
         scene["room"]["openings"] = [window]
-        sun = sun_direction(scene, view, WIDE)
-        assert sun is not None
+        sun = photoreal.sun_direction(scene, view, WIDE)
         assert np.linalg.norm(sun) == pytest.approx(1.0)
         assert max(sun[1:]) < 0
         assert sun[0] < 0 or not is_turned
@@ -113,7 +98,7 @@ def test_a_machine_without_blender_is_advised(monkeypatch: pytest.MonkeyPatch, t
 
 def test_what_cannot_be_drawn_is_refused(kitchen: Path, tmp_path: Path) -> None:
     with pytest.raises(UnknownId, match=r"scene.xml 'opne'; did you mean open\?"):
-        list(pictures.draw_stills([kitchen], tmp_path / "out", StillSettings(), "opne"))
+        list(pictures.draw_stills([kitchen], tmp_path / "out", photoreal.StillSettings(), "opne"))
     with pytest.raises(NoPathTracer, match="no camera 'nowhere'; there are eye, cutaway, overview"):
         next(scene_stills(kitchen, ["nowhere"]))
     assert CliRunner().invoke(app, ["preview", str(kitchen), "--photoreal", "--colliders"]).exit_code == 2

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -29,7 +28,7 @@ from casa_assets.show.view.server import KEPT, ViewServer
 from casa_assets.show.view.subject import AssetFolder, Kitchen, Member, ModelFile, Subject, find
 from tests.support.asset.family_members import preset
 from tests.support.library.libraries import BOXES, box_obj
-from tests.support.library.server_requests import ask, serving
+from tests.support.library.server_requests import ask, running, serving
 
 pytestmark = pytest.mark.content("code", "show.view", keep=0)
 
@@ -76,11 +75,9 @@ def kitchen(tmp_path: Path) -> Iterator[ViewServer]:
     """A kitchen with a report."""
     folder = tmp_path / "galley__coastal"
     folder.mkdir()
-    (folder / "report.html").write_text('<p>report <img src="map.png">', encoding="utf-8")
-    (folder / "map.png").write_bytes(b"a picture that it names")
-    (folder / "scene.json").write_text("{}", encoding="utf-8")
-    (folder / "notes.txt").write_text("private", encoding="utf-8")
-    (tmp_path / "secret.html").write_text("private", encoding="utf-8")
+    files = {"report.html": '<p>report <img src="map.png">', "map.png": "a picture that it names", "scene.json": "{}"}
+    for name, text in {**files, "notes.txt": "private", "../secret.html": "private"}.items():
+        (folder / name).write_text(text, encoding="utf-8")
     (folder / "link.html").symlink_to(tmp_path / "secret.html")
     with serving(Kitchen(SceneRecipe("galley", "coastal"), tmp_path), bare) as server:
         assert wait_for(server, "galley__coastal")["is_ready"]
@@ -112,9 +109,8 @@ def test_steps_state_machines(microwave: ViewServer) -> None:
     on = of_json(ask(microwave, "step/microwave%2Fsteel", {**kept, "touched": ["start_button"], "dt_s": 0.1}))
     assert on["values"]["power"] == "on"
     assert "spin" in {effect["kind"] for effect in on["effects"]}
-    assert ask(microwave, "step/microwave%2Fsteel", {"placement": "fridge"})[0] == 400
-    assert ask(microwave, "step/nothing", {})[0] == 400
-    assert ask(microwave, "step/microwave%2Fsteel", ["no step"])[0] == 400
+    for name, step in (("microwave%2Fsteel", {"placement": "fridge"}), ("nothing", {}), ("microwave%2Fsteel", ["no"])):
+        assert ask(microwave, f"step/{name}", step)[0] == 400
 
 
 def test_answers_its_own_page_alone_and_through_a_tunnel_from_any_port(kitchen: ViewServer) -> None:
@@ -193,11 +189,9 @@ def test_the_command_that_writes_a_kitchen() -> None:
 
 def stepped(asset: Asset, state: dict[str, Any], **said: Any) -> dict[str, Any]:
     """The answer to a page that sends the last state back."""
-    assert asset.behavior is not None
     kept = {name: state[name] for name in ("values", "before", "held_s") if name in state}
     sent = machines.parse_step(json.dumps({**kept, **said}).encode())
-    answer: dict[str, Any] = json.loads(json.dumps(machines.step_machine(asset.behavior, sent)))
-    return answer
+    return json.loads(json.dumps(machines.step_machine(asset.behavior, sent)))
 
 
 def test_time_alone_ends_what_runs_for_a_while() -> None:
@@ -247,9 +241,10 @@ def test_an_asset_by_its_folder_its_file_and_its_id_and_alone_in_a_library(boxes
 def test_a_kitchen_by_its_id_its_folder_and_its_file(tmp_path: Path) -> None:
     recipe = SceneRecipe("one_wall_small", "coastal")
     assert find(KITCHEN, tmp_path, ()) == Kitchen(recipe, tmp_path)
-    folder = tmp_path / KITCHEN
-    folder.mkdir()
-    (folder / "scene.json").write_text("{}", encoding="utf-8")
+    folder, barn = tmp_path / KITCHEN, tmp_path / "barn__baroque"
+    for place in (folder, barn):
+        place.mkdir()
+        (place / "scene.json").write_text("{}", encoding="utf-8")
     (folder / "scene.xml").write_text("<mujoco/>", encoding="utf-8")
     by_path = Kitchen(recipe, tmp_path, is_named_by_path=True)
     assert find(str(folder), Path("elsewhere"), ()) == by_path
@@ -258,39 +253,28 @@ def test_a_kitchen_by_its_id_its_folder_and_its_file(tmp_path: Path) -> None:
     drawn = SceneRecipe("one_wall_small", "coastal", 7, objects=40, objects_seed=3)
     assert find(f"{KITCHEN}__s7__o40s3", tmp_path, ()) == Kitchen(drawn, tmp_path)
     # A scene of no recipe is left to MuJoCo.
-    folder = tmp_path / "barn__baroque"
-    folder.mkdir()
-    (folder / "scene.json").write_text("{}", encoding="utf-8")
     with pytest.raises(UnknownId, match="barn__baroque"):
-        find(str(folder), tmp_path, ())
-    (folder / "scene.xml").write_text("<mujoco/>", encoding="utf-8")
-    found = find(str(folder), tmp_path, ())
+        find(str(barn), tmp_path, ())
+    (barn / "scene.xml").write_text("<mujoco/>", encoding="utf-8")
+    found = find(str(barn), tmp_path, ())
     assert isinstance(found, ModelFile)
-    assert (found.path, "barn__baroque" in found.why) == (folder / "scene.xml", True)
+    assert (found.path, "barn__baroque" in found.why) == (barn / "scene.xml", True)
 
 
-def test_a_member_of_a_family_or_of_a_category(tmp_path: Path) -> None:
+def test_a_member_of_a_family_or_of_a_category_and_the_nearest_of_a_name_of_nothing(tmp_path: Path) -> None:
     titles = {
         "microwave": "microwave/",
         "microwave/steel": "microwave/steel",
         "apple": "apple/#0",
         "apple/3": "apple/#3",
     }
-    for name, title in {**titles, "apple/3": "apple/#3"}.items():
+    for name, title in titles.items():
         found = find(name, tmp_path, ())
         assert isinstance(found, Member)
         assert found.id.startswith(title)
         assert found.request.is_object == name.startswith("apple")
-
-
-def test_a_name_of_nothing_is_refused_with_the_nearest(tmp_path: Path) -> None:
-    for name, nearest in [
-        ("microwave/steal", "steel"),
-        ("microwav", "microwave"),
-        ("one_wall_smal__coastal", KITCHEN),
-        ("aple", "apple"),
-        ("apple/first", "apple/0"),
-    ]:
+    nearest_of = {"microwave/steal": "steel", "microwav": "microwave", "aple": "apple", "apple/first": "apple/0"}
+    for name, nearest in {**nearest_of, "one_wall_smal__coastal": KITCHEN}.items():
         with pytest.raises(UnknownId, match=nearest):
             find(name, tmp_path, ())
 
@@ -326,12 +310,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def server(folder: Path) -> Iterator[ReviewServer]:
-    with ReviewServer(Library(folder / "library")) as server:
-        thread = threading.Thread(target=server.serve_forever)
-        thread.start()
+    with running(ReviewServer(Library(folder / "library"))) as server:
         yield server
-        server.shutdown()
-        thread.join()
 
 
 def test_shows_what_waits_with_its_picture_and_takes_no_markup(server: ReviewServer) -> None:
@@ -371,5 +351,4 @@ def test_what_is_decided_is_obeyed_by_the_next_run(server: ReviewServer, folder:
     assert run(folder) == ["accepted"]
     (accepted,) = entries(Library(folder / "library"))
     assert accepted.to_decide == ()
-    assert accepted.summary is not None
     assert accepted.summary.mass == pytest.approx(0.4)
