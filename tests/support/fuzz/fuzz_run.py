@@ -222,7 +222,7 @@ def fuzz(plan: Plan) -> Iterator[Result]:
     """The result so far, after every batch; the last one is that of the whole run."""
     result = Result()
     end = time.monotonic() + plan.seconds
-    number = plan.first
+    number, before = plan.first, _peak_bytes()
     (plan.folder / "work").mkdir(parents=True, exist_ok=True)
     warm = "casa_assets.ingest.run.steps:warm" if plan.wholes else "tests.support.fuzz.fuzz_run:warm"
     with Pool(1, READ_LIMITS, warm) as readers, Pool(1, WHOLE_LIMITS, warm) as makers:
@@ -235,8 +235,12 @@ def fuzz(plan: Plan) -> Iterator[Result]:
                 if time.monotonic() < end:
                     _whole(makers, plan, picked, result)
             number += BATCH
-            result.peak_bytes = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+            result.peak_bytes = _peak_bytes() - before
             yield result
+
+
+def _peak_bytes() -> int:
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
 
 
 def _batch(pool: Pool, plan: Plan, first: int, count: int) -> Result:
