@@ -76,7 +76,7 @@ def drawer_unit() -> Asset:
         base=Base.FIXED,
         links=(
             kit.link("object", (8.0, *plate), [kit.seen("carcass", "paint", *plate)], [board]),
-            kit.link("drawer", (2.0, box, (0.01, 0.02, 0.0)), [kit.seen("box", "paint", box)], [hull], turned),
+            kit.link("drawer", (2.0, box, (0.01, 0.02, 0.0)), [kit.seen("box", "paint", box)], [hull], pose=turned),
             Link(
                 name="knob",
                 parent="drawer",
@@ -117,7 +117,7 @@ def grill() -> Asset:
     # Its z looks out of the front.
     fixed = Pose(position=(0.2, -0.2, 0.1), quaternion=(math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0))
     seen = kit.seen("knob_main", "enamel", dial, label="knob")
-    knob = kit.link("knob", (0.05, dial, kit.HERE), [seen], [grip], fixed)
+    knob = kit.link("knob", (0.05, dial, kit.HERE), [seen], [grip], pose=fixed)
     return plain.replace(
         id="grill_0123456789",
         links=(
@@ -152,10 +152,9 @@ def grill() -> Asset:
 
 def _plate(name: str, parent: str, pose: Pose, mass: float, size: Vec3) -> Link:
     """A box of steel around its origin."""
+    seen = kit.seen(f"{name}_main", "enamel", size, label=name)
     shape = kit.box_collider(f"{name}_0", size, kit.HERE, "steel", label=name)
-    return kit.link(
-        name, (mass, size, kit.HERE), [kit.seen(f"{name}_main", "enamel", size, label=name)], [shape], pose, parent
-    )
+    return kit.link(name, (mass, size, kit.HERE), [seen], [shape], pose=pose, parent=parent)
 
 
 def _grilling() -> Behavior:

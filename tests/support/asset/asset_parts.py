@@ -63,22 +63,11 @@ def seen(name: str, material: str, size: Vec3, at: Vec3 = HERE, label: str | Non
 
 
 def link(
-    name: str,
-    mass: tuple[float, Vec3, Vec3],
-    visuals: Iterable[Visual],
-    colliders: Iterable[Collider],
-    pose: Pose | None = None,
-    parent: str = "object",
+    name: str, mass: tuple[float, Vec3, Vec3], looks: Iterable[Visual], shapes: Iterable[Collider], **fields: Any
 ) -> Link:
     """A link with the inertia of a solid box (its mass, full size and middle), on `object` unless it is that itself."""
-    return Link(
-        name=name,
-        parent=None if name == "object" else parent,
-        pose=pose or Pose(),
-        inertial=box_inertial(*mass),
-        visuals=tuple(visuals),
-        colliders=tuple(colliders),
-    )
+    fields = {"parent": None if name == "object" else "object", **fields}
+    return Link(name=name, inertial=box_inertial(*mass), visuals=tuple(looks), colliders=tuple(shapes), **fields)
 
 
 def hinge(name: str, child: str, axis: Vec3, span: Vec2, **fields: Any) -> Joint:

@@ -118,8 +118,8 @@ def licensed(licence: str) -> Asset:
 
 def opening(low: float, high: float, stated: bool) -> Asset:
     oven = microwave()
-    states = oven.states if stated else ()
-    return oven.replace(joints=(oven.joints[0].replace(range=(low, high)),), states=states)
+    moved = oven.joints[0].replace(range=(low, high))
+    return oven.replace(joints=(moved,), states=oven.states if stated else ())
 
 
 def shown(*meshes: Mesh, material: str = "print") -> Asset:

@@ -24,9 +24,8 @@ LOW, HIGH = 0.35, math.radians(80)
 
 def packed(asset: Asset, folder: Path, contract: Contract | None = None) -> Package:
     """The MJCF package of an asset below `folder`, with the contract that it names unless another is given."""
-    root = write_to(write(asset), folder / asset.id)
-    known = registry.load().contracts.get(asset.contract or "")
-    return Package(asset, category(asset), root, contract or known)
+    named = contract or registry.load().contracts.get(asset.contract or "")
+    return Package(asset, category(asset), write_to(write(asset), folder / asset.id), named)
 
 
 def block(name: str, size: Vec3, at: Vec3, label: str | None = None) -> Collider:
@@ -77,7 +76,7 @@ def hob() -> Asset:
     dial: tuple[Vec3, Vec3] = ((0.04, 0.04, 0.02), (0.0, 0.0, 0.012))
     shape = block("knob_left_main", *dial, "knob")
     seen = kit.seen("knob_seen", "enamel", *dial, label="knob")
-    knob = kit.link("knob_left", (0.05, *dial), [seen], [shape], Pose(position=(0.0, -0.2, 0.02)))
+    knob = kit.link("knob_left", (0.05, *dial), [seen], [shape], pose=Pose(position=(0.0, -0.2, 0.02)))
     ring = kit.seen("ring", "enamel", (0.15, 0.15, 0.001), (0.0, 0.05, 0.0205), label="burner")
     root = kit.link("object", (4.0, *plate), [kit.seen("plate", "enamel", *plate), ring], [block("plate_0", *plate)])
     turned = kit.hinge("knob_left_joint", "knob_left", (0.0, 0.0, -1.0), (0.0, math.pi), frictionloss=0.05)

@@ -186,13 +186,13 @@ def _knob() -> Link:
     grip = kit.formed("knob_grip", Cylinder(radius=0.02, height=0.03), "steel", label="knob")
     grip = grip.replace(pose=Pose(quaternion=(math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0)))
     seen = kit.seen("knob_cap", "brass", size)
-    return kit.link("knob", (0.05, size, kit.HERE), [seen], [grip], Pose(position=KNOB))
+    return kit.link("knob", (0.05, size, kit.HERE), [seen], [grip], pose=Pose(position=KNOB))
 
 
 def _key() -> Link:
     size = (0.03, 0.01, 0.03)
     cap = shape("key_cap", size, kit.HERE, "steel", "button")
-    return kit.link("key", (0.02, size, kit.HERE), [kit.seen("key_top", "brass", size)], [cap], Pose(position=KEY))
+    return kit.link("key", (0.02, size, kit.HERE), [kit.seen("key_top", "brass", size)], [cap], pose=Pose(position=KEY))
 
 
 def ball_of(diameter: float) -> Sphere:

@@ -25,13 +25,6 @@ from tests.support.asset.assets import category, write_to
 LIMITS = load().limits
 
 
-def thumbnail() -> bytes:
-    """A grey PNG of 256 x 256."""
-    out = io.BytesIO()
-    Image.new("RGB", (256, 256), (128, 128, 128)).save(out, "PNG")
-    return out.getvalue()
-
-
 @cache  # also keeps the stage alive, without which its prims expire
 def stage_of(asset: Asset) -> Usd.Stage:
     """The USD of an asset, in memory."""
@@ -42,8 +35,9 @@ def stage_of(asset: Asset) -> Usd.Stage:
 
 def written(asset: Asset, library: Path) -> Package:
     """Both formats of an asset below `library`."""
-    root = library / asset.id
-    write_to(mjcf.write(asset) | usd.write(asset, thumbnail()), root)
+    thumbnail = io.BytesIO()
+    Image.new("RGB", (256, 256), (128, 128, 128)).save(thumbnail, "PNG")
+    root = write_to(mjcf.write(asset) | usd.write(asset, thumbnail.getvalue()), library / asset.id)
     return Package(asset, category(asset), root)
 
 
