@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from casa_assets.asset.family import Params
 from casa_assets.model.kitchen.choices import Surface
-from casa_assets.registry.families import family_groups
 from casa_assets.registry.kitchens import load_plan, load_style, plan_names, style_names
-from casa_assets.registry.plugins import Plugin, load_plugins
-from casa_assets.textures.run.recipes import available_finishes
+
+# Families and textures are imported where they are listed: to load all of them takes a second.
+if TYPE_CHECKING:
+    from casa_assets.asset.family import Params
+    from casa_assets.registry.plugins import Plugin
 
 
 @dataclass(frozen=True)
@@ -80,6 +81,8 @@ def styles() -> Mapping[str, StyleInfo]:
 
 def families() -> Mapping[str, FamilyInfo]:
     """All parametric families by name, group by group."""
+    from casa_assets.registry.families import family_groups
+
     found = {}
     for group, members in family_groups().items():
         for f in members:
@@ -90,12 +93,16 @@ def families() -> Mapping[str, FamilyInfo]:
 
 def surfaces() -> Mapping[str, tuple[str, ...]]:
     """Ids of the textures that each surface of a kitchen (wall, floor, counter, cabinet) can be covered with."""
+    from casa_assets.textures.run.recipes import available_finishes
+
     found = available_finishes().surfaces
     return MappingProxyType({surface.value: tuple(found[surface]) for surface in Surface})
 
 
 def plugins() -> Mapping[str, Plugin]:
     """The plug-ins in use, by name: of installed packages, and of the project if its code may run. Raises CasaError."""
+    from casa_assets.registry.plugins import load_plugins
+
     return MappingProxyType({one.plugin.name: one.plugin for one in load_plugins()})
 
 
@@ -112,6 +119,8 @@ def _plan(name: str) -> PlanInfo:
 
 def _bounds(params: type[Params], at: str = "") -> list[tuple[str, Bounds]]:
     """Name and bounds of every number of a type of Params, including those of nested Params."""
+    from casa_assets.asset.family import Params
+
     found: list[tuple[str, Bounds]] = []
     for name, field in params.model_fields.items():
         kinds = [field.annotation, *getattr(field.annotation, "__args__", ())]
