@@ -8,9 +8,8 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from casa_assets.model.kitchen.choices import Surface
-from casa_assets.registry.kitchens import load_plan, load_style, plan_names, style_names
 
-# Families and textures are imported where they are listed: to load all of them takes a second.
+# What is listed is imported where it is listed: to load all families takes a second.
 if TYPE_CHECKING:
     from casa_assets.asset.family import Params
     from casa_assets.registry.plugins import Plugin
@@ -70,11 +69,15 @@ class FamilyInfo:
 
 def plans() -> Mapping[str, PlanInfo]:
     """All floor plans by name, sorted."""
+    from casa_assets.registry.kitchens import plan_names
+
     return MappingProxyType({name: _plan(name) for name in plan_names()})
 
 
 def styles() -> Mapping[str, StyleInfo]:
     """All styles by name, sorted."""
+    from casa_assets.registry.kitchens import load_style, style_names
+
     found = (load_style(name)[0] for name in style_names())
     return MappingProxyType({s.id: StyleInfo(s.id, s.title, s.description) for s in found})
 
@@ -107,6 +110,8 @@ def plugins() -> Mapping[str, Plugin]:
 
 
 def _plan(name: str) -> PlanInfo:
+    from casa_assets.registry.kitchens import load_plan
+
     plan = load_plan(name)[0]
     lengths = sorted(plan.parameters.items())
     return PlanInfo(

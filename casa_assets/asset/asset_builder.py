@@ -289,8 +289,10 @@ class AssetBuilder:
             feel: instead of all that.
             behind: joint that has to be open before this one can move.
         """
-        place = (name, child, JointKind.HINGE, axis, anchor, span, grip)
-        self.joints.append(JointBuilder(*place, start_n, spring, lever, push_n, feel, behind))
+        hinge = JointKind.HINGE
+        self.joints.append(
+            JointBuilder(name, child, hinge, axis, anchor, span, grip, start_n, spring, lever, push_n, feel, behind)
+        )
 
     def slide(
         self,
@@ -307,8 +309,10 @@ class AssetBuilder:
         behind: str | None = None,
     ) -> None:
         """Add a slide that moves `child`; span in metres, one end 0. Arguments as in `hinge`."""
-        place = (name, child, JointKind.SLIDE, axis, (0.0, 0.0, 0.0), span, grip)
-        self.joints.append(JointBuilder(*place, start_n, spring, 1.0, push_n, feel, behind))
+        kind, origin = JointKind.SLIDE, (0.0, 0.0, 0.0)
+        self.joints.append(
+            JointBuilder(name, child, kind, axis, origin, span, grip, start_n, spring, 1.0, push_n, feel, behind)
+        )
 
     def site(self, name: str, at: Vec3 | Pose, link: str = ROOT, radius: float = 0.005) -> None:
         """Add a named point; `radius` in metres is the size it is shown with."""

@@ -56,7 +56,9 @@ MAX_NESTED = 64
 MIN_CURVATURE = 0.035
 # An open patch is turned if this many times more of its samples show only their back than only their front, and they
 # are at least this share of all and at least this many; choices.
-BACK_TO_FRONT_RATIO, MIN_BACK_SHARE, MIN_BACK_SAMPLES = 4.0, 0.3, 8
+BACK_TO_FRONT_RATIO = 4.0
+MIN_BACK_SHARE = 0.3
+MIN_BACK_SAMPLES = 8
 
 
 def clean(model: RawModel, category: Category | None = None) -> Draft:

@@ -70,9 +70,13 @@ MIN_SEALED_GROWTH = 0.25
 MAX_FOREIGN_COMPONENTS = 5000
 # A speck is smaller than this share of the largest component. It floats if its distance to the rest is larger than
 # SPECK_GAP of the largest component and SPECK_GAP_OF_OWN of its own size, so that crumbs and sprinkles stay.
-SPECK_SIZE, SPECK_GAP, SPECK_GAP_OF_OWN = 0.05, 0.03, 3.0
+SPECK_SIZE = 0.05
+SPECK_GAP = 0.03
+SPECK_GAP_OF_OWN = 3.0
 # Specks nearer to each other than this share of their size are connected, as the links of a chain are; up to this many.
-LINK_GAP_SHARE, MAX_LINKED, SURFACE_SAMPLES = 0.25, 1500, 40_000
+LINK_GAP_SHARE = 0.25
+MAX_LINKED = 1500
+SURFACE_SAMPLES = 40_000
 # A ground plane is at least this many times wider than the rest, and at most this thick, as a share of its size.
 GROUND_WIDTH, GROUND_THICKNESS = 1.5, 1e-3
 # A sky dome is at least this many times larger than all that is in it, and fills this share of its hull.
@@ -84,14 +88,22 @@ ROOM_WIDTH = 2.5
 # A backdrop is an open sheet that is bent along one line. Its normals n lie in a plane across that line: largest mean
 # |n . line|, smallest second moment of the normals in that plane (.5 for a right angle of equal sides), and smallest
 # length of the mean normal. The rest of the mesh lies in front of this share of the sheet.
-MAX_OFF_PLANE, MIN_BEND_MOMENT, MIN_MEAN_NORMAL, MIN_SHARE_BEHIND = 0.03, 0.1, 0.5, 0.9
+MAX_OFF_PLANE = 0.03
+MIN_BEND_MOMENT = 0.1
+MIN_MEAN_NORMAL = 0.5
+MIN_SHARE_BEHIND = 0.9
 # A stand is a slab: at most this thick, as a share of its width, filling this share of its hull, this many times wider
 # than the rest and no farther from it than this share of its size.
-STAND_THICKNESS, STAND_HULL_FILL, STAND_WIDTH, STAND_GAP = 0.15, 0.9, 1.2, 0.05
+STAND_THICKNESS = 0.15
+STAND_HULL_FILL = 0.9
+STAND_WIDTH = 1.2
+STAND_GAP = 0.05
 # Without its stand the mesh is nearer to the usual proportions by this much, and this near; logarithms of ratios.
 MIN_IMPROVEMENT, MAX_PROPORTION_ERROR = 0.2, 0.7
 # Components this large and this far apart, as shares of the largest one, are separate objects; this many are tested.
-APART_SIZE, APART_GAP, MAX_APART = 0.3, 0.1, 64
+APART_SIZE = 0.3
+APART_GAP = 0.1
+MAX_APART = 64
 
 
 @dataclass(frozen=True)

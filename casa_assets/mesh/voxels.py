@@ -26,7 +26,9 @@ MARGIN_CELLS = 1.5
 # Rooms smaller than this share of the hull are not looked at. They matter where those that are enclosed take a larger
 # share together (the lid of a can that lies deep is a dent), and one that is not enclosed, as the bend of a banana or
 # what is around the stalk of an apple, from a still larger one on.
-MIN_ROOM_SHARE, MIN_ENCLOSED_SHARE, MIN_BEND_SHARE = 0.03, 0.08, 0.15
+MIN_ROOM_SHARE = 0.03
+MIN_ENCLOSED_SHARE = 0.08
+MIN_BEND_SHARE = 0.15
 # Samples on the surface that show whether faces or their backs look into a room, and how far off it they look, in
 # voxels: just beyond those through which the surface passes.
 WALL_SAMPLES, LOOK_CELLS = 20_000, 2.0

@@ -43,10 +43,14 @@ MIN_CUBE_SHARE, CUBE_AREA_TOLERANCE = 0.95, 0.02
 # Pixels along the longer side of the pictures in which fragments are measured.
 PIXELS = 512
 # The same of pictures from above; walls of a tub are this near to the border of the plan, and rise by this share.
-PLAN_PIXELS, WALL_BORDER_SHARE, MIN_WALL_RISE = 96, 0.12, 0.15
+PLAN_PIXELS = 96
+WALL_BORDER_SHARE = 0.12
+MIN_WALL_RISE = 0.15
 # Points of the surface by which thin walls are found, stretches of a border that are looked at one by one, and the
 # share of such a stretch of a wall that is surface: of rods it is less.
-WALL_SAMPLES, WALL_BINS, MIN_WALL_FILL = 4000, 12, 0.4
+WALL_SAMPLES = 4000
+WALL_BINS = 12
+MIN_WALL_FILL = 0.4
 
 
 @dataclass(frozen=True)

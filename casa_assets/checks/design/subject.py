@@ -23,7 +23,9 @@ MARGIN_M = 0.35  # of floor around the outline of the room
 DASH_M = 0.1  # from the start of one dash to the next
 WHITE, BLACK = (255, 255, 255), (40, 40, 44)
 REACHED, FREE, FLOOR = (214, 234, 214), (250, 226, 190), (238, 238, 236)
-SOLID, APPLIANCE, WALL_UNIT = (196, 190, 182), (150, 170, 200), (120, 110, 100)
+SOLID = (196, 190, 182)
+APPLIANCE = (150, 170, 200)
+WALL_UNIT = (120, 110, 100)
 SWEPT_AREA, PARKED, PARKED_AT_OPEN_DOOR = (214, 120, 90), (30, 110, 60), (60, 90, 190)
 APPLIANCES = (Role.SINK, Role.RANGE, Role.HOB, Role.FRIDGE, Role.DISHWASHER, Role.OVEN, Role.MICROWAVE)
 

@@ -74,13 +74,17 @@ STALK_ERROR, ROLLING_FILL = 2.0, 0.88
 EXCESS_SHARE, MAX_FINE_PARTS = 0.04, 24
 # Smallest share of a primitive that the hull has to fill: of one primitive for everything that is within the bound, of
 # one for packed goods (a can with its rims is a cylinder, a carton a box), and of one for a part.
-PRIMITIVE_FILL, PACKED_PRIMITIVE_FILL, PART_PRIMITIVE_FILL = 0.85, 0.89, 0.92
+PRIMITIVE_FILL = 0.85
+PACKED_PRIMITIVE_FILL = 0.89
+PART_PRIMITIVE_FILL = 0.92
 # More than any primitive reaches: only hulls are made.
 NO_PRIMITIVE = 2.0
 # Cosine between straight down and the outward normal of the side that a box rests on.
 RESTING_SIDE_COSINE = 0.9
 # Windows are closed, and a general decomposition is tried, where the best normalized error so far is larger than this.
-WINDOWS_FROM_ERROR, COACD_FROM_ERROR, VHACD_FROM_ERROR = 2.5, 2.5, 3.0
+WINDOWS_FROM_ERROR = 2.5
+COACD_FROM_ERROR = 2.5
+VHACD_FROM_ERROR = 3.0
 # Height of a hollow below the floor that may be filled, as a share of the longest side.
 FOOT_SHARE = 0.04
 # Error of the walls, over the bound, from which on that hollow may be filled. Shifting a wall outwards halves it.

@@ -33,10 +33,14 @@ from casa_assets.model.record import Record
 # All numbers below are choices. Points sampled on the mesh.
 SAMPLES = 4000
 # Largest distance of shapes from the surface for 95 % of it (at least P95_M), and for all of it; shares of its length.
-P95_M, P95_RATIO, WORST_RATIO = 0.002, 0.015, 0.05
+P95_M = 0.002
+P95_RATIO = 0.015
+WORST_RATIO = 0.05
 # Voxels along the longest side of the grid in which the opening of a vessel is found. A smaller share of the hull than
 # MIN_OPENING_SHARE is no opening, and at most MAX_OPENING_POINTS voxels of it are tested.
-OPENING_CELLS, MIN_OPENING_SHARE, MAX_OPENING_POINTS = 64, 0.03, 4000
+OPENING_CELLS = 64
+MIN_OPENING_SHARE = 0.03
+MAX_OPENING_POINTS = 4000
 # Voxels along the longest side of the grid that shows which parts of the surface can be touched: gaps narrower than a
 # voxel count as closed. A voxel is about as wide as P95_RATIO.
 REACH_CELLS = 66

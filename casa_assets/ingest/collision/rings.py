@@ -20,7 +20,10 @@ from casa_assets.mesh.solid.solids import (
 from casa_assets.mesh.surface import face_normals
 
 # A face belongs to a turned surface where its normal misses the axis by less than this sine.
-AXIS_MISS_SINE, ROUNDS, ROWS, RAYS = 0.17, 12, 60, 96
+AXIS_MISS_SINE = 0.17
+ROUNDS = 12
+ROWS = 60
+RAYS = 96
 # A row is open, or solid, where this share of its rays says so; a choice.
 OPEN_RAY_SHARE = 0.6
 # A ring has at least this many sectors; a choice.

@@ -36,7 +36,9 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 # How often a request is made before its object is given up, and how long it and the pauses may take; choices. Together
 # they stay below the time after which a worker that does nothing is ended (runs/limits.py).
-TRIES, REQUEST_S, PAUSE_S = 3, 60.0, 0.5
+TRIES = 3
+REQUEST_S = 60.0
+PAUSE_S = 0.5
 # The listing of a whole bucket is one call of many requests: a thousand names in each, a fifth of a second.
 LISTING_S = 3600.0
 PIECE_BYTES = 16 << 20  # of one request

@@ -22,7 +22,9 @@ JOINT_SHARE = 0.004
 MAX_ASIDE_SPACINGS, VOTERS = 3.0, 9
 # Points that are strewn, pixels along the longest side, and directions from which the pictures are taken besides those
 # along the axes: this many points fall into a pixel that next to no gap shows what lies behind.
-SAMPLES, PIXELS, DIRECTIONS = 60_000, 40, 24
+SAMPLES = 60_000
+PIXELS = 40
+DIRECTIONS = 24
 # Cosine to the line of sight below which a face is seen too much from its edge to say which side is seen.
 GRAZING_COSINE = 0.2
 # How much deeper than the nearest point of its pixel a point may lie and still be seen, in pixels.
