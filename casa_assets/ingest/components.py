@@ -132,7 +132,7 @@ class Components:
         return self.points[used], local.reshape(-1, 3)
 
     def extents_of(self, rows: Mask | Ints) -> Floats:
-        """(3,) sides of the box around some components, by a mask or by their numbers; zero if there are none."""
+        """(3,) sides of the box around some components, by a mask or by their numbers; zero for no components."""
         lower, upper = self.lower[rows], self.upper[rows]
         return upper.max(axis=0) - lower.min(axis=0) if len(lower) else np.zeros(3)
 
