@@ -75,7 +75,7 @@ _NAMES = {
     "library.entry": ("Entry",),
     "textures.run.packs": ("PackReport",),
 }
-_SOURCES = {name: f"casa_assets.{module}" for module, names in _NAMES.items() for name in names}
+SOURCES = {name: f"casa_assets.{module}" for module, names in _NAMES.items() for name in names}
 
 
 class _Package(ModuleType):
@@ -87,7 +87,7 @@ class _Package(ModuleType):
     """
 
     def __setattr__(self, name: str, value: object) -> None:
-        if not (name in _SOURCES and isinstance(value, ModuleType)):
+        if not (name in SOURCES and isinstance(value, ModuleType)):
             super().__setattr__(name, value)
 
 
@@ -98,9 +98,9 @@ if not TYPE_CHECKING:  # else type checkers would take every misspelt name for o
 
     def __getattr__(name: str) -> Any:
         """Import a name that the package offers when it is first used."""
-        if name not in _SOURCES:
+        if name not in SOURCES:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-        value = getattr(import_module(_SOURCES[name]), name)
+        value = getattr(import_module(SOURCES[name]), name)
         setattr(sys.modules[__name__], name, value)
         return value
 

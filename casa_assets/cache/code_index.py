@@ -154,10 +154,12 @@ def _scans() -> dict[str, Scan]:
     kept = kept_json(place) or {}
     found: dict[str, Scan] = {}
     fresh: dict[str, Any] = {}
-    has_same_modules = kept.keys() == files.sources.keys()
+    # Where an import leads depends on which modules there are, and on the names that the package offers.
+    package = kept.get(PACKAGE)
+    is_same = kept.keys() == files.sources.keys() and package is not None and tuple(package[0]) == files.stamps[PACKAGE]
     for module, path in files.sources.items():
         row = kept.get(module)
-        if has_same_modules and row is not None and tuple(row[0]) == files.stamps[module]:
+        if is_same and row is not None and tuple(row[0]) == files.stamps[module]:
             found[module] = Scan(row[1], tuple(row[2]), tuple(row[3]), tuple(row[4]), row[5])
         else:
             one = found[module] = _scan_text(module, path.read_text(encoding="utf-8"))
@@ -189,8 +191,15 @@ def _scan_text(module: str, text: str) -> Scan:
 
 
 def target(origin: str, name: str) -> str:
-    """The module that `from origin import name` leads to: a submodule if there is one, else the origin."""
+    """The module that `from origin import name` leads to: a submodule if there is one, else the origin.
+
+    The names that `casa_assets` itself offers lead to the modules that it loads them from.
+    """
     inner = f"{origin}.{name}"
+    # Not by an import, which would put the version of the package into all keys.
+    offered: dict[str, str] = vars(sys.modules[PACKAGE])["SOURCES"]
+    if origin == PACKAGE and name in offered:
+        return offered[name]
     return inner if is_ours(origin) and inner in package_files().sources else origin
 
 

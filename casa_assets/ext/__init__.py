@@ -1,4 +1,4 @@
-"""The interface for plug-ins and the package's content: what code outside the core may import.
+"""The interface for plug-ins, the package's content and its addons: what code outside the core may import.
 
     from casa_assets.ext.families import Family
     from casa_assets.ext.plugins import Plugin

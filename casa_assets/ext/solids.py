@@ -33,11 +33,11 @@ from casa_assets.asset.sweep import (
     straight_moulding,
     tube,
 )
+from casa_assets.mesh.solid.primitive import box_around, link_bounds, shape_bounds
 
 __all__ = [
     "ACROSS",
     "ALONG",
-    "UPRIGHT",
     "anchor_uv",
     "arc",
     "AssetBuilder",
@@ -48,6 +48,7 @@ __all__ = [
     "blocks",
     "board",
     "box",
+    "box_around",
     "box_shape",
     "circle",
     "combine_masses",
@@ -57,6 +58,7 @@ __all__ = [
     "inset_rings",
     "intersect",
     "lathe",
+    "link_bounds",
     "loft",
     "mitred_frame",
     "negated",
@@ -69,10 +71,12 @@ __all__ = [
     "room_moulding",
     "ROOT",
     "round_corners",
+    "shape_bounds",
     "slab",
     "Solid",
     "straight_moulding",
     "subtract",
     "tube",
     "union",
+    "UPRIGHT",
 ]

@@ -11,24 +11,26 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from casa_assets import registry
 from casa_assets.addons.batch.merged_form import batch_within
-from casa_assets.asset.lightweight import light_scene
-from casa_assets.cache.cache_key import digest_of, key_of
-from casa_assets.checks.check import run
-from casa_assets.checks.scene.engine_sizes import engine_sizes
-from casa_assets.checks.scene.light_forms import BatchSubject, candidate_pairs
-from casa_assets.core.system import cache_for, replace_file
-from casa_assets.families.asset_store import AssetStore
-from casa_assets.formats.mjcf import batch
-from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult
-from casa_assets.layouts.run.resolve import build_scene
-from casa_assets.layouts.run.scene_files import BATCH_FILE, BATCH_JSON
-from casa_assets.layouts.run.scene_folders import run_recipes, scene_key, work_on_built
-from casa_assets.model.kitchen.choices import JointWord
-from casa_assets.model.kitchen.scene import BatchScene, EngineSizes, Scene
-from casa_assets.model.written_formats import BatchFile
-from casa_assets.runs.pool import Workers
+from casa_assets.ext.kitchens import BatchFile, BatchScene, EngineSizes, JointWord, Scene, light_scene
+from casa_assets.ext.mjcf import write_batch
+from casa_assets.ext.registry import load_registry
+from casa_assets.ext.scene_checks import BatchSubject, candidate_pairs, engine_sizes, run_checks
+from casa_assets.ext.scene_files import BATCH_FILE, BATCH_JSON
+from casa_assets.ext.scenes import (
+    AssetStore,
+    SceneRecipe,
+    SceneResult,
+    Workers,
+    build_scene,
+    cache_for,
+    digest_of,
+    key_of,
+    replace_file,
+    run_recipes,
+    scene_key,
+    work_on_built,
+)
 
 
 @dataclass(frozen=True)
@@ -70,7 +72,7 @@ def make_one(recipe: SceneRecipe, out: Path, request: BatchRequest, force: bool 
 def batch_of(scene: Scene, cache: Path, request: BatchRequest | None = None) -> BatchScene:
     """The batch form of a composed scene. `cache`: folder that keeps light forms of assets."""
     asked = request or BatchRequest()
-    limits = registry.load().limits
+    limits = load_registry().limits
     most = int(limits["batch_shapes"]) if asked.primitives is None else asked.primitives
     store = AssetStore(cache)
     form = batch_within(light_scene(scene, store.lightened), most, asked.words, int(limits["batch_pairs"]))
@@ -92,16 +94,16 @@ def read_batch(folder: Path) -> BatchFile | None:
 
 
 def _judged(form: BatchScene, folder: Path, key: str) -> BatchFile:
-    records, subject = registry.load(), BatchSubject(form, folder)
+    records, subject = load_registry(), BatchSubject(form, folder)
     name = form.scene.id
     waived = records.waived(name)
-    report = run(subject, name, records.limits, waived)
+    report = run_checks(subject, name, records.limits, waived)
     model = subject.batch.model
     if model is None:
         sizes = EngineSizes.model_validate(dict.fromkeys(EngineSizes.model_fields, 0))
     else:
         sizes = engine_sizes(subject)
-        report += run(sizes, name, records.limits, waived)
+        report += run_checks(sizes, name, records.limits, waived)
     placed = list(zip(form.scene.placements, form.forms, strict=True))
     return BatchFile(
         id=name,
@@ -119,7 +121,7 @@ def _judged(form: BatchScene, folder: Path, key: str) -> BatchFile:
 
 def _write(form: BatchScene, folder: Path) -> None:
     """Write scene_batch.xml, after the pictures that are not yet in the folder that scenes share."""
-    entries = dict(batch.write(form).entries)
+    entries = dict(write_batch(form).entries)
     text = entries.pop(BATCH_FILE)
     for path, data in entries.items():
         if not (folder.parent / path).exists():

@@ -11,8 +11,8 @@ from typing import Any, Protocol
 import mujoco
 import numpy as np
 
-from casa_assets.core.numeric import Floats, Ints
-from casa_assets.errors import CasaError, UnknownId
+from casa_assets import CasaError, UnknownId
+from casa_assets.ext.arrays import Floats, Ints
 
 # Sizes of buffers for a kitchen without `batch.json`: the most of 120 kitchens, with a margin of 1.5.
 COMMON_SIZES = {"nconmax": 144, "njmax": 872, "nccdmax": 144, "nvmax": 128}

@@ -9,12 +9,11 @@ from typing import NamedTuple
 import numpy as np
 from scipy import ndimage
 
-from casa_assets.core.numeric import Floats, Ints, Mask
-from casa_assets.mesh.solid.primitive import box_around, shape_bounds
-from casa_assets.model.asset.asset import Asset, Collider
-from casa_assets.model.asset.parts import Box, Capsule, Cylinder, Shape, Sphere
-from casa_assets.model.kitchen.scene import LightScene
-from casa_assets.model.pose import Pose
+from casa_assets import Asset
+from casa_assets.ext.arrays import Floats, Ints, Mask
+from casa_assets.ext.kitchens import LightScene
+from casa_assets.ext.records import Box, Capsule, Collider, Cylinder, Pose, Shape, Sphere
+from casa_assets.ext.solids import box_around, shape_bounds
 
 # A gap twice as wide as this counts as closed: neither a finger nor a thing that a kitchen holds gets in, metres.
 CLOSED_GAP_HALF_M = 0.006
@@ -215,13 +214,13 @@ class FitLimits:
 
     At most `most` groups (one that reaches into what is kept free becomes a few boxes); a primitive of which more than
     `empty_share` is empty is divided. `free`: primitives with their poses whose space is kept free for things.
-    `beside`: (N, 2, 3) corners of boxes of other bodies, frame of the body, metres; nothing fitted reaches into them.
+    `neighbours`: (N, 2, 3) corners of boxes of other bodies, frame of the body, metres; nothing reaches into them.
     """
 
     most: int
     empty_share: float
     free: Sequence[tuple[Shape, Pose]] = ()
-    beside: Floats | None = None
+    neighbours: Floats | None = None
 
 
 def fit_primitives(shapes: Sequence[tuple[Shape, Pose]], limits: FitLimits) -> list[Fitted]:
@@ -251,9 +250,9 @@ def fit_primitives(shapes: Sequence[tuple[Shape, Pose]], limits: FitLimits) -> l
     for group in groups:
         covered = tuple(sorted(map(int, group.members), key=lambda i: (-volumes[i], i)))
         found += _around([shapes[i] for i in covered], covered, group, limits)
-    if limits.beside is None:
+    if limits.neighbours is None:
         return found
-    return [_cut_off(piece, limits.beside) if len(piece.covered) > 1 else piece for piece in found]
+    return [_cut_off(piece, limits.neighbours) if len(piece.covered) > 1 else piece for piece in found]
 
 
 class _Group(NamedTuple):
@@ -454,7 +453,7 @@ def _walls(parts: Sequence[tuple[Shape, Pose]], box: Floats, limits: FitLimits) 
     return found
 
 
-def _cut_off(piece: Fitted, beside: Floats) -> Fitted:
+def _cut_off(piece: Fitted, neighbours: Floats) -> Fitted:
     """An aligned box or upright cylinder, cut out of other bodies, each time where least is lost; others unchanged."""
     shape, pose = piece.shape, piece.pose
     if isinstance(shape, Sphere | Capsule) or not is_aligned(pose):
@@ -462,7 +461,7 @@ def _cut_off(piece: Fitted, beside: Floats) -> Fitted:
     if isinstance(shape, Cylinder) and abs(pose.rotation[2, 2]) < ALIGNED:
         return piece
     box = shape_bounds(shape, pose)
-    for other in beside:
+    for other in neighbours:
         axes = [] if isinstance(shape, Cylinder) else [0, 1]
         if other[:, 2].mean() > box[:, 2].mean():
             # Of two things that stand in each other the lower one makes room: what stands on it goes on standing there.

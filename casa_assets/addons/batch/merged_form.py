@@ -9,16 +9,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from casa_assets import Asset
 from casa_assets.addons.batch import fit_primitives as fit
 from casa_assets.addons.batch import moving_parts
 from casa_assets.addons.batch.moving_parts import WorldPart
-from casa_assets.core.numeric import Floats
-from casa_assets.mesh.solid.primitive import box_around, link_bounds, shape_bounds
-from casa_assets.model.asset.asset import Asset, Base, Collider, Joint, JointKind, Link, Region
-from casa_assets.model.asset.parts import Shape, joint_positions
-from casa_assets.model.kitchen.choices import JointWord
-from casa_assets.model.kitchen.scene import (
+from casa_assets.ext.arrays import Floats
+from casa_assets.ext.kitchens import (
     BatchScene,
+    JointWord,
     Layer,
     LightScene,
     PlacedJoint,
@@ -26,7 +24,8 @@ from casa_assets.model.kitchen.scene import (
     Placement,
     WorldCollider,
 )
-from casa_assets.model.pose import Pose
+from casa_assets.ext.records import AssetJoint, Base, Collider, JointKind, Link, Pose, Region, Shape, joint_positions
+from casa_assets.ext.solids import box_around, link_bounds, shape_bounds
 
 # Strips and brackets as thin as this, and this share of the largest piece, are left out, metres.
 SLIVER_M, SLIVER_SHARE = 0.008, 0.02
@@ -370,10 +369,10 @@ def _steps(assets: Mapping[str, Asset], locked: Collection[Ref]) -> Iterator[_St
         name: [joint for joint in asset.joints if (name, joint.name) not in locked] for name, asset in assets.items()
     }
 
-    def of_words(name: str, *words: JointWord) -> list[Joint]:
+    def of_words(name: str, *words: JointWord) -> list[AssetJoint]:
         return [joint for joint in left[name] if moving_parts.joint_word(assets[name], joint) in words]
 
-    def given_up(name: str, joints: Collection[Joint], filled: bool = False) -> Iterator[_Step]:
+    def given_up(name: str, joints: Collection[AssetJoint], filled: bool = False) -> Iterator[_Step]:
         left[name] = [joint for joint in left[name] if joint not in joints]
         if joints or filled:
             yield _Step(tuple((name, joint.name) for joint in joints), (name,) if filled else ())
@@ -424,7 +423,7 @@ def _of_several(units: Mapping[str, str]) -> Iterator[str]:
         yield last
 
 
-def _height(asset: Asset, joint: Joint) -> float:
+def _height(asset: Asset, joint: AssetJoint) -> float:
     """Mean height of the colliders that a joint moves, in the frame of the asset, metres."""
     pose = asset.asset_from_link(joint.child)
     heights = [(pose @ collider.pose).position[2] for collider in asset.link(joint.child).colliders]

@@ -13,9 +13,9 @@ import mujoco
 import numpy as np
 from mujoco import mjx
 
+from casa_assets import CasaError
 from casa_assets.addons.batch.engines import ITERATIONS, Engine, Parts
-from casa_assets.core.numeric import Floats, Ints
-from casa_assets.errors import CasaError
+from casa_assets.ext.arrays import Floats, Ints
 
 
 class MjxEngine(Engine):

@@ -10,14 +10,25 @@ from itertools import combinations, product
 
 import numpy as np
 
+from casa_assets import Asset
 from casa_assets.addons.batch import fit_primitives as fit
-from casa_assets.core.numeric import Floats
-from casa_assets.mesh.solid.primitive import box_around, link_bounds, shape_bounds
-from casa_assets.model.asset.asset import Asset, Base, Collider, Exclusion, Joint, JointKind, Link, Region
-from casa_assets.model.asset.parts import Box, Cylinder, Shape, joint_positions
-from casa_assets.model.kitchen.choices import JointWord
-from casa_assets.model.kitchen.scene import Placement
-from casa_assets.model.pose import Pose
+from casa_assets.ext.arrays import Floats
+from casa_assets.ext.kitchens import JointWord, Placement
+from casa_assets.ext.records import (
+    AssetJoint,
+    Base,
+    Box,
+    Collider,
+    Cylinder,
+    Exclusion,
+    JointKind,
+    Link,
+    Pose,
+    Region,
+    Shape,
+    joint_positions,
+)
+from casa_assets.ext.solids import box_around, link_bounds, shape_bounds
 
 # Label of the collider that a hand takes -> word.
 WORD_OF_GRIP = {
@@ -52,7 +63,7 @@ WHOLE = "main"  # name of the region around a whole asset; the others are inside
 HANDLE = "handle"  # label of the parts of a handle
 
 
-def joint_word(asset: Asset, joint: Joint) -> JointWord:
+def joint_word(asset: Asset, joint: AssetJoint) -> JointWord:
     """The word of a joint."""
     labels = {collider.name: collider.label for link in asset.links for collider in link.colliders}
     label = labels.get(joint.grip or "")

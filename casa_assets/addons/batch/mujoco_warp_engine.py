@@ -11,9 +11,9 @@ import mujoco_warp as mjw
 import numpy as np
 import warp as wp
 
+from casa_assets import CasaError
 from casa_assets.addons.batch.engines import ITERATIONS, Engine, Parts
-from casa_assets.core.numeric import Floats, Ints
-from casa_assets.errors import CasaError
+from casa_assets.ext.arrays import Floats, Ints
 
 
 def bytes_of(*owners: Any) -> int:

@@ -11,8 +11,8 @@ import warp as wp
 
 from casa_assets.addons.batch.engines import ITERATIONS, Parts
 from casa_assets.addons.batch.mujoco_warp_engine import assign_rows, bytes_of
-from casa_assets.core.numeric import Floats, Ints
-from casa_assets.model.kitchen.scene import FREE_WIDTH
+from casa_assets.ext.arrays import Floats, Ints
+from casa_assets.ext.kitchens import FREE_WIDTH
 
 _TO_NEWTON, _FROM_NEWTON = (1, 2, 3, 0), (3, 0, 1, 2)  # quaternions: (w, x, y, z) here, (x, y, z, w) in Newton
 

@@ -14,6 +14,7 @@ import numpy as np
 from lxml import etree
 from scipy.optimize import linear_sum_assignment
 
+from casa_assets import CasaError
 from casa_assets.addons.batch.structure import (
     BodyKind,
     GeomKind,
@@ -28,9 +29,8 @@ from casa_assets.addons.batch.structure import (
     plain_colors,
     structure_of,
 )
-from casa_assets.core.numeric import Floats
-from casa_assets.errors import CasaError
-from casa_assets.model.kitchen.scene import FREE_WIDTH
+from casa_assets.ext.arrays import Floats
+from casa_assets.ext.kitchens import FREE_WIDTH
 
 Kind = TypeVar("Kind", bound=Hashable)
 # Metres: how deep below the kitchen bodies are parked, how far apart, and half the size of a parked geom.

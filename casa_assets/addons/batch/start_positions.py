@@ -12,11 +12,11 @@ from dataclasses import dataclass, field
 import mujoco
 import numpy as np
 
+from casa_assets import CasaError
 from casa_assets.addons.batch.shared_model import SharedModel, addresses
-from casa_assets.checks.scene.light_forms import candidate_pairs
-from casa_assets.core.numeric import Floats, Ints
-from casa_assets.errors import CasaError
-from casa_assets.model.kitchen.scene import StartStates
+from casa_assets.ext.arrays import Floats, Ints
+from casa_assets.ext.kitchens import StoredStates
+from casa_assets.ext.scene_checks import candidate_pairs
 
 # Steps within which a state has to fall asleep, steps between two looks, and how far it may move meanwhile, metres.
 SETTLE_STEPS, LOOK_STEPS, MOTION_M = 1000, 25, 0.005
@@ -47,7 +47,7 @@ class StartPositions:
 
 
 def start_positions(
-    shared: SharedModel, states: StartStates | None, most: int, parks: Sequence[float] = (0.0, 0.0, 0.0)
+    shared: SharedModel, states: StoredStates | None, most: int, parks: Sequence[float] = (0.0, 0.0, 0.0)
 ) -> StartPositions:
     """At most `most` rows of a kitchen. Raises CasaError: nothing of it is at rest.
 

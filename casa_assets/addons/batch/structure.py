@@ -11,8 +11,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from casa_assets.core.numeric import Floats, linear_from_srgb_array, srgb_from_linear
-from casa_assets.formats.mjcf.batch import DEFAULT, FIRST_MEETING, LAST_MEETING, THINGS
+from casa_assets.ext.arrays import Floats, linear_from_srgb_array, srgb_from_linear
+from casa_assets.ext.mjcf import BATCH_DEFAULT, BATCH_FIRST_MEETING, BATCH_LAST_MEETING, BATCH_THINGS
 
 # Corners of the boxes around what a placement takes up, and of its inside: `scene.json` has them.
 _BOUNDS = ("__ext_p0", "__ext_px", "__ext_py", "__ext_pz", "__int_p0", "__int_px", "__int_py", "__int_pz")
@@ -94,7 +94,7 @@ def structure_of(model: mujoco.MjModel) -> Structure:
         if model.geom_contype[geom] | model.geom_conaffinity[geom]:
             contype, conaffinity = int(model.geom_contype[geom]), int(model.geom_conaffinity[geom])
             if conaffinity in bits:
-                contype, conaffinity = DEFAULT | THINGS | bits[conaffinity], bits[conaffinity]
+                contype, conaffinity = BATCH_DEFAULT | BATCH_THINGS | bits[conaffinity], bits[conaffinity]
             rest = (int(model.geom_condim[geom]), int(model.geom_priority[geom]), int(model.geom_group[geom]))
             kind = GeomKind(int(model.geom_type[geom]), contype, conaffinity, *rest)
             geoms[int(model.geom_bodyid[geom])][kind].append(geom)
@@ -109,13 +109,13 @@ def structure_of(model: mujoco.MjModel) -> Structure:
 
 def _meeting_bits(model: mujoco.MjModel) -> dict[int, int]:
     """Bit of a set of parts that can meet -> bit of it in every kitchen: that of the most parts is the first."""
-    first = 1 << FIRST_MEETING
+    first = 1 << BATCH_FIRST_MEETING
     found: Counter[int] = Counter()
     for body in range(1, model.nbody):
         own = slice(int(model.body_geomadr[body]), int(model.body_geomadr[body]) + int(model.body_geomnum[body]))
         found.update({bit for bit in map(int, model.geom_conaffinity[own]) if bit >= first})
     ranked = sorted(found, key=lambda bit: (-found[bit], bit))
-    return {bit: 1 << min(FIRST_MEETING + rank, LAST_MEETING) for rank, bit in enumerate(ranked)}
+    return {bit: 1 << min(BATCH_FIRST_MEETING + rank, BATCH_LAST_MEETING) for rank, bit in enumerate(ranked)}
 
 
 def _units(model: mujoco.MjModel, geoms: Mapping[int, object]) -> Iterator[Unit]:

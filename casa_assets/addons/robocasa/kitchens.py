@@ -12,18 +12,23 @@ from typing import Any
 import numpy as np
 from lxml import etree
 
+from casa_assets import Asset
 from casa_assets.addons.robocasa import objects, parts
 from casa_assets.addons.robocasa.parts import Part
-from casa_assets.core.numeric import Floats, decimals
-from casa_assets.formats import mjcf
-from casa_assets.formats.mjcf import kitchen
-from casa_assets.formats.values import ROBOSUITE_GROUPS, VIEWER_GROUPS, numbers
-from casa_assets.model.asset.asset import Asset, Base, Region
-from casa_assets.model.issue import Files
-from casa_assets.model.kitchen.scene import FREE_JOINT, Layer, Placement, Scene, StartStates, StateJoint
-from casa_assets.model.pose import Pose
-from casa_assets.model.record import Vec3
-from casa_assets.model.registry.contract import MIN_SURFACE_M, PLATE_DEPTH_M, SHELF_HEIGHTS_M
+from casa_assets.ext.arrays import Floats, decimals
+from casa_assets.ext.kitchens import (
+    FREE_JOINT,
+    MIN_SURFACE_M,
+    PLATE_DEPTH_M,
+    SHELF_HEIGHTS_M,
+    Layer,
+    Placement,
+    Scene,
+    StateJoint,
+    StoredStates,
+)
+from casa_assets.ext.mjcf import ROBOSUITE_GROUPS, VIEWER_GROUPS, add_lights_and_cameras, add_sky, numbers, write_mjcf
+from casa_assets.ext.records import Base, Files, Pose, Region, Vec3
 
 FILE, LAYOUT_FILE = "kitchen.json", "layout.yaml"
 FORMAT = 1
@@ -384,7 +389,7 @@ def write_fixture(asset: Asset) -> Files:
     """
     visuals = VIEWER_GROUPS.shell if asset.labels.category == CEILING else ROBOSUITE_GROUPS.visuals
     groups = replace(ROBOSUITE_GROUPS, visuals=visuals, shell=VIEWER_GROUPS.shell)
-    files: Mapping[str, bytes] = mjcf.write(asset, groups).entries
+    files: Mapping[str, bytes] = write_mjcf(asset, groups).entries
     return Files.of(
         {path: data for path, data in files.items() if path == MODEL or path.startswith(("meshes/", "textures/"))}
     )
@@ -397,9 +402,9 @@ def arena(scene: Scene, exclusions: Iterable[tuple[str, str]]) -> bytes:
     """
     root = etree.Element("mujoco", {"model": scene.id})
     etree.SubElement(root, "compiler", {"angle": "radian", "autolimits": "true"})
-    kitchen.add_sky(etree.SubElement(root, "asset"), scene)
+    add_sky(etree.SubElement(root, "asset"), scene)
     world = etree.SubElement(root, "worldbody")
-    kitchen.add_lights_and_cameras(world, scene)
+    add_lights_and_cameras(world, scene)
     # Even light from all sides. In scene.xml it is the headlight's, which RoboCasa does not merge.
     light = world.find("light")
     if light is None:
@@ -418,7 +423,7 @@ def arena(scene: Scene, exclusions: Iterable[tuple[str, str]]) -> bytes:
 FREE_SUFFIX = "joint0"
 
 
-def translated(states: StartStates, scene: Scene, fixtures: Collection[Placed]) -> StartStates:
+def translated(states: StoredStates, scene: Scene, fixtures: Collection[Placed]) -> StoredStates:
     """Convert states to a model of RoboCasa with `fixtures`, without joints that it does not have.
 
     Appliances that are loose in the scene are fixed in RoboCasa, at their pose in the scene.
@@ -451,7 +456,7 @@ def translated(states: StartStates, scene: Scene, fixtures: Collection[Placed]) 
     return states.replace(joints=tuple(joints), qpos=np.concatenate([values for _, values in columns], axis=1))
 
 
-def _values(states: StartStates, name: str) -> Floats | None:
+def _values(states: StoredStates, name: str) -> Floats | None:
     """(states, width) numbers of a joint of the scene, or None if the states do not have it."""
     found = next((joint for joint in states.joints if joint.name == name), None)
     return None if found is None else states.qpos[:, found.address : found.address + found.width].astype(np.float64)

@@ -17,17 +17,30 @@ from typing import Any
 import numpy as np
 from lxml import etree
 
+from casa_assets import Asset
 from casa_assets.addons.robocasa.casa_objects import GROUPS
 from casa_assets.addons.robocasa.parts import moved
-from casa_assets.formats.mjcf import document, shapes
-from casa_assets.formats.values import ROBOSUITE_GROUPS, numbers
-from casa_assets.model.asset.asset import Asset, Split
-from casa_assets.model.asset.parts import Mesh
-from casa_assets.model.issue import Files
-from casa_assets.model.pose import Pose
-from casa_assets.model.record import Id, Record, Vec3
-from casa_assets.model.registry.category import Affordance, Category
-from casa_assets.model.registry.contract import RobocasaRelease
+from casa_assets.ext.kitchens import RobocasaRelease
+from casa_assets.ext.mjcf import (
+    OUTER_REGIONS,
+    ROBOSUITE_GROUPS,
+    BodyContext,
+    Meshes,
+    MeshUse,
+    add_body,
+    add_labels,
+    add_material,
+    add_mesh,
+    add_region,
+    add_size_sites,
+    add_texture,
+    gather_meshes,
+    material_names,
+    mesh_uses,
+    numbers,
+    texture_files,
+)
+from casa_assets.ext.records import Affordance, Category, Files, Id, Mesh, Pose, Record, Split, Vec3
 
 # Ref: robocasa v1.0, add_obj_liquid_site: the categories whose objects it is called for.
 HOLD_LIQUID = ("cup", "glass_cup", "mug", "bowl", "pot", "pan", "saucepan")
@@ -48,11 +61,11 @@ def write(asset: Asset, stood_up: bool = False) -> Files:
     thick = thickened(asset)
     meshes = _gather(thick)
     entries = {file.path: file.data for file in meshes.files}
-    images = shapes.texture_files(asset).values()
+    images = texture_files(asset).values()
     entries |= {f"{VISUAL_FOLDER}/{image.file_name}": image.png for image in images}
     root = _document(thick, meshes)
     (outer,) = root.findall("worldbody/body")
-    shapes.add_size_sites(outer, asset)
+    add_size_sites(outer, asset)
     entries[FILE] = _text(root)
     if stood_up:
         stand_up(root, asset)
@@ -60,39 +73,39 @@ def write(asset: Asset, stood_up: bool = False) -> Files:
     return Files.of(entries)
 
 
-def _gather(asset: Asset) -> shapes.Meshes:
-    meshes = shapes.gather_meshes(asset)
+def _gather(asset: Asset) -> Meshes:
+    meshes = gather_meshes(asset)
     visual_paths = {meshes.of[v.name].path for link in asset.links for v in link.visuals}
     placed = {}
     for file in meshes.files:
         folder = VISUAL_FOLDER if file.path in visual_paths else COLLISION_FOLDER
         placed[file.name, file.use] = replace(file, path=f"{folder}/{file.path.rpartition('/')[2]}")
-    return shapes.Meshes(
+    return Meshes(
         files=tuple(placed.values()),
         of={name: placed[file.name, file.use] for name, file in meshes.of.items()},
     )
 
 
-def _document(asset: Asset, meshes: shapes.Meshes) -> etree._Element:
+def _document(asset: Asset, meshes: Meshes) -> etree._Element:
     root = etree.Element("mujoco", {"model": asset.id})
     etree.SubElement(root, "compiler", {"angle": "radian", "autolimits": "true"})
     assets = etree.SubElement(root, "asset")
-    for image in shapes.texture_files(asset).values():
-        shapes.add_texture(assets, image, f"{VISUAL_FOLDER}/{image.file_name}")
-    names = shapes.material_names(asset)
+    for image in texture_files(asset).values():
+        add_texture(assets, image, f"{VISUAL_FOLDER}/{image.file_name}")
+    names = material_names(asset)
     for look in asset.materials:
-        shapes.add_material(assets, look, names[look.id])
-    with_volume = {meshes.of[name].name for name, shape, _ in shapes.mesh_uses(asset) if has_volume(shape)}
+        add_material(assets, look, names[look.id])
+    with_volume = {meshes.of[name].name for name, shape, _ in mesh_uses(asset) if has_volume(shape)}
     for file in meshes.files:
-        shapes.add_mesh(assets, file)
-        if file.use is shapes.MeshUse.SURFACE and file.name in with_volume:
+        add_mesh(assets, file)
+        if file.use is MeshUse.SURFACE and file.name in with_volume:
             assets[-1].set("inertia", "legacy")  # MuJoCo 3.2.6 does not know `shell`
     world = etree.SubElement(root, "worldbody")
     outer = etree.SubElement(world, "body")
-    root_body = document.add_body(outer, asset.root, document.BodyContext(asset, meshes, names, ROBOSUITE_GROUPS))
-    if root_body.find(f"geom[@name='reg_{shapes.OUTER_REGIONS[0]}']") is None:
-        found = next(region for region in asset.regions if region.name in shapes.OUTER_REGIONS)
-        shapes.add_region(root_body, found.replace(name=shapes.OUTER_REGIONS[0]), ROBOSUITE_GROUPS.regions)
+    root_body = add_body(outer, asset.root, BodyContext(asset, meshes, names, ROBOSUITE_GROUPS))
+    if root_body.find(f"geom[@name='reg_{OUTER_REGIONS[0]}']") is None:
+        found = next(region for region in asset.regions if region.name in OUTER_REGIONS)
+        add_region(root_body, found.replace(name=OUTER_REGIONS[0]), ROBOSUITE_GROUPS.regions)
     if asset.labels.category in HOLD_LIQUID:
         # Tasks colour the site `liquid` of a vessel: an upright cylinder inside it, invisible until then.
         lower, upper = asset.bounds
@@ -100,7 +113,7 @@ def _document(asset: Asset, meshes: shapes.Meshes) -> etree._Element:
         at, size = numbers((0.0, 0.0, (lower[2] + upper[2]) / 2)), numbers((radius, half_height))
         attributes = {"name": "liquid", "type": "cylinder", "pos": at, "size": size, "rgba": "0 0 0 0"}
         etree.SubElement(root_body, "site", attributes)
-    document.add_labels(root, asset)
+    add_labels(root, asset)
     return root
 
 

@@ -16,12 +16,10 @@ from typing import TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from casa_assets.core.numeric import Floats, decimals
-from casa_assets.mesh.solid.primitive import link_bounds
-from casa_assets.model.asset.asset import Asset, Collider, Inertial, Link, Region, Site, Visual
-from casa_assets.model.asset.parts import Mesh
-from casa_assets.model.pose import Pose
-from casa_assets.model.record import Vec3
+from casa_assets import Asset
+from casa_assets.ext.arrays import Floats, decimals
+from casa_assets.ext.records import Collider, Inertial, Link, Mesh, Pose, Region, Site, Vec3, Visual
+from casa_assets.ext.solids import link_bounds
 
 # RoboCasa v1.0 places a fixture by the frame of its body `object`, and interprets the position of a region in that
 # frame, whichever body the region belongs to. It also assumes half of a fixture's size on each side of the frame

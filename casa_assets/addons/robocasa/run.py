@@ -13,33 +13,29 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from casa_assets import export as forms
-from casa_assets import registry
+from casa_assets import Asset, CasaError, OutputError
 from casa_assets.addons.robocasa import casa_kitchens, casa_objects, kitchens, objects
 from casa_assets.addons.robocasa.kitchens import translated
-from casa_assets.checks.design.subject import DesignSubject
-from casa_assets.checks.design.tasks import ATOMIC_TASKS
-from casa_assets.errors import CasaError, OutputError
-from casa_assets.formats.mjcf.kitchen import FILE as SCENE_XML
-from casa_assets.layouts.floor_facts import facts_of
-from casa_assets.layouts.order.build_order import KitchenRequest
-from casa_assets.layouts.run.kept import is_whole
-from casa_assets.layouts.run.recipe import SceneRecipe
-from casa_assets.layouts.run.resolve import build_scene
-from casa_assets.layouts.run.scene_folders import scene_key
-from casa_assets.layouts.run.state_file import digest_of_file, read_states, write_states
-from casa_assets.library import attribution
-from casa_assets.library.entry import entries as entries_of
-from casa_assets.library.entry_files import write_files
-from casa_assets.library.library import Library
-from casa_assets.model.asset.asset import TEST_SHARE, Asset, Base, Split, split_of
-from casa_assets.model.kitchen.scene import Scene
-from casa_assets.model.record import Vec3
-from casa_assets.model.registry.category import Category, RestingPose
-from casa_assets.model.registry.contract import RobocasaRelease
-from casa_assets.projects import read_once
-from casa_assets.registry.families import object_names
-from casa_assets.runs.outcome import writing
+from casa_assets.ext.kitchens import RobocasaRelease, Scene
+from casa_assets.ext.libraries import LibraryFolder, attribution, write_files, writing
+from casa_assets.ext.libraries import entries as entries_of
+from casa_assets.ext.libraries import export as forms
+from casa_assets.ext.mjcf import SCENE_FILE
+from casa_assets.ext.records import TEST_SHARE, Base, Category, RestingPose, Split, Vec3, split_of
+from casa_assets.ext.registry import load_registry, object_names
+from casa_assets.ext.scene_checks import ATOMIC_TASKS, DesignSubject
+from casa_assets.ext.scenes import (
+    KitchenRequest,
+    SceneRecipe,
+    build_scene,
+    digest_of_file,
+    facts_of,
+    is_whole,
+    read_once,
+    read_states,
+    scene_key,
+    write_states,
+)
 
 
 @dataclass(frozen=True)
@@ -87,7 +83,7 @@ def export_kitchen(recipe: SceneRecipe, root: Path, cache: Path, states: Path | 
     if states is not None:
         drawn = states / scene.id
         found = read_states(drawn)
-        if not is_whole(drawn, scene_key(recipe)) or digest_of_file(drawn / SCENE_XML) != found.scene_xml:
+        if not is_whole(drawn, scene_key(recipe)) or digest_of_file(drawn / SCENE_FILE) != found.scene_xml:
             raise CasaError(
                 f"{drawn}: its start states are of an older build of the scene; draw them again with "
                 f"casa-assets scenes states {drawn.name} --out {shlex.quote(str(drawn.parent))}"
@@ -112,7 +108,7 @@ def afforded_tasks(kitchen: KitchenRequest, scene: Scene) -> tuple[str, ...]:
 @read_once
 def classes() -> dict[str, str]:
     """Contract -> the class of RoboCasa v1.0 that reads it; contracts that none reads are not in it."""
-    contracts = registry.load().contracts
+    contracts = load_registry().contracts
     read_by = {name: contract.read_by.get(RobocasaRelease.V1_0, ()) for name, contract in contracts.items()}
     return {name: found[0] for name, found in read_by.items() if found}
 
@@ -183,7 +179,7 @@ class TaskReport:
 
 def report_tasks(results: Iterable[ExportResult]) -> TaskReport:
     """Compare what was exported with what the tasks draw."""
-    categories = registry.load().categories
+    categories = load_registry().categories
     things = {(result.category, result.size) for result in results if result.size is not None}
     missing = objects.missing_draws([(categories[name], size) for name, size in things])
     generated = [categories[name] for name in object_names() if name in categories]
@@ -230,7 +226,7 @@ def export(
         OutputError: the library holds no asset or a damaged one, or `out` is something else or cannot be written.
         BatchFault: scenes failed by a fault of the program; `out` stays as it was.
     """
-    folders = [] if library is None else list(Library(library).accepted())
+    folders = [] if library is None else list(LibraryFolder(library).accepted())
     if library is not None and not folders:
         raise OutputError(str(library), "holds no accepted asset; give the folder that `casa-assets ingest` wrote")
     if not _NAME.fullmatch(name):
@@ -242,7 +238,7 @@ def export(
     forms.check_replaceable(out, COMMON_FILES.union(*groups), allowed=("__pycache__",))
     out = out.absolute()
     with writing(out.parent), forms.staging(out) as staged:
-        run = _Export(staged, name, registry.load().categories, with_review)
+        run = _Export(staged, name, load_registry().categories, with_review)
         for folder in folders:
             yield replace(_export_asset(folder, run), total=len(folders))
         if library is not None and not run.instances:
@@ -308,7 +304,7 @@ def _write_manifests(run: _Export, library: Path | None) -> None:
     credit = ""
     if library is not None:
         ids = {i.id for i in run.instances}
-        credit = attribution.text([e for e in entries_of(Library(library)) if e.accepted and e.id in ids])
+        credit = attribution.text([e for e in entries_of(LibraryFolder(library)) if e.accepted and e.id in ids])
         tables = objects.category_tables(run.instances, run.categories, run.registry)
         files |= {objects.file_name(g): objects.json_bytes(table) for g, table in tables.items()}
         files[SPLITS] = objects.json_bytes({"rule": SPLIT_RULE, **_splits(run.instances)})

@@ -12,21 +12,25 @@ from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from casa_assets import registry
-from casa_assets.cache.cache_key import digest_of, key_of
-from casa_assets.checks.check import run
-from casa_assets.checks.readers.mujoco_facts import native_warnings
-from casa_assets.checks.robots import tasks_of
-from casa_assets.core.system import kept_json, replace_file, require
-from casa_assets.errors import CasaError
-from casa_assets.formats.mjcf.kitchen import FILE
-from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult
-from casa_assets.layouts.run.scene_files import ROBOTS_JSON, SCENE_JSON
-from casa_assets.layouts.run.scene_folders import run_recipes, scene_key, work_on_built
-from casa_assets.layouts.run.scene_page import join_robots
-from casa_assets.model.issue import Report
-from casa_assets.model.kitchen.robot import RobotCertificate, SceneRobots
-from casa_assets.registry.tables import load_robot
+from casa_assets import CasaError, Report
+from casa_assets.ext.kitchens import RobotCertificate, SceneRobots
+from casa_assets.ext.mjcf import SCENE_FILE
+from casa_assets.ext.pages import join_robots
+from casa_assets.ext.registry import load_registry, load_robot
+from casa_assets.ext.scene_checks import native_warnings, run_checks, tasks_of
+from casa_assets.ext.scene_files import ROBOTS_JSON, SCENE_JSON
+from casa_assets.ext.scenes import (
+    SceneRecipe,
+    SceneResult,
+    digest_of,
+    kept_json,
+    key_of,
+    replace_file,
+    require,
+    run_recipes,
+    scene_key,
+    work_on_built,
+)
 
 TESTED_ROBOSUITE = "1.5.2"
 
@@ -122,7 +126,7 @@ def certify_scene(
     with native_warnings():
         for name in robots:
             robot = load_robot(name)
-            bench = Bench(robot, Workspace(folder / FILE, robot, models))
+            bench = Bench(robot, Workspace(folder / SCENE_FILE, robot, models))
             joints = tuple(bench.work(task) for task in tasks)
             found.append(RobotCertificate(robot=name, shape=robot.shape, drives=robot.drives, joints=joints))
     return SceneRobots(
@@ -132,8 +136,8 @@ def certify_scene(
 
 def verdict(found: SceneRobots) -> Report:
     """Report of the check of robots on one scene."""
-    records = registry.load()
-    return run(found, found.scene, records.limits, records.waived(found.scene))
+    records = load_registry()
+    return run_checks(found, found.scene, records.limits, records.waived(found.scene))
 
 
 def read_certificate(folder: Path, key: str = "") -> SceneRobots | None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from casa_assets.core.numeric import Floats, about_axis
+from casa_assets.ext.arrays import Floats, about_axis
 
 BAR_RATIO = 1.5  # a thing this many times as long as wide is held across its length
 BAR_ANGLES_DEG = (0.0, 30.0, -30.0, 60.0, -60.0, 90.0, -90.0)  # at which a hand comes, about the bar

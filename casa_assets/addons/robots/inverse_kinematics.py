@@ -12,9 +12,9 @@ import numpy as np
 
 from casa_assets.addons.robots.grips import Grasp
 from casa_assets.addons.robots.workspace import BASE_JOINTS, Workspace, tip_name
-from casa_assets.core.numeric import Floats
-from casa_assets.model.kitchen.robot import Robot
-from casa_assets.model.record import Vec3
+from casa_assets.ext.arrays import Floats
+from casa_assets.ext.kitchens import Robot
+from casa_assets.ext.records import Vec3
 
 SOLVER = "daqp"
 POSITION_M, ANGLE_RAD = 0.005, math.radians(3.0)  # to which a hand has to get; a finger comes with 6 mm to spare

@@ -14,10 +14,10 @@ import numpy as np
 from casa_assets.addons.robots.grips import Grasp, Grip, pinches, presses
 from casa_assets.addons.robots.inverse_kinematics import Bounds, Seed, Seeds, Solver
 from casa_assets.addons.robots.workspace import BASE_JOINTS, Workspace, handle_of
-from casa_assets.checks.robots import Task
-from casa_assets.core.numeric import Floats
-from casa_assets.model.kitchen.robot import Arm, Following, JointReach, Miss, Robot
-from casa_assets.model.record import Vec2, Vec3
+from casa_assets.ext.arrays import Floats
+from casa_assets.ext.kitchens import Arm, Following, JointReach, Miss, Robot
+from casa_assets.ext.records import Vec2, Vec3
+from casa_assets.ext.scene_checks import Task
 
 # How far a base may stand from a parking place: back and ahead, to the right and left (m), turned (rad). RoboCasa draws
 # it within 0.15 m; it has to stand farther back for handles that are lower than the top of the base itself.

@@ -12,9 +12,9 @@ import mujoco
 import numpy as np
 from lxml import etree
 
-from casa_assets.core.numeric import Floats
-from casa_assets.errors import CasaError
-from casa_assets.model.kitchen.robot import Arm, Hand, Legs, Robot
+from casa_assets import CasaError
+from casa_assets.ext.arrays import Floats
+from casa_assets.ext.kitchens import Arm, Hand, Legs, Robot
 
 ROOT = "robot"  # body that stands on the parking place, and turns and slides there
 BASE_JOINTS = ("base_forward", "base_side", "base_yaw")

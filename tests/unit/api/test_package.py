@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 
@@ -14,7 +15,6 @@ import pytest
 
 import casa_assets as casa
 from casa_assets.core.system import cache_dir, max_cache_bytes
-from casa_assets.ext import arrays, checks, families, plugins, records, solids, textures
 from casa_assets.formats import mjcf
 from casa_assets.model.asset.parts import Cylinder
 from tests.support.asset.assets import rigid_mug, write_to
@@ -56,7 +56,7 @@ def test_every_name_is_there() -> None:
         casa.kitchn  # noqa: B018  # type: ignore[attr-defined]
 
 
-EXT = (arrays, checks, families, plugins, records, solids, textures)
+EXT = [import_module(f"casa_assets.ext.{path.stem}") for path in (ROOT / "casa_assets/ext").glob("[!_]*.py")]
 
 
 def test_every_public_name_has_one_path() -> None:
@@ -64,7 +64,7 @@ def test_every_public_name_has_one_path() -> None:
     assert len({name for _, name in names}) == len(names)
     defined = [value for package, name in names if callable(value := getattr(package, name))]
     assert len({id(value) for value in defined}) == len(defined), "two names of one thing"
-    assert set(casa._SOURCES) == set(casa.__all__) - {"__version__"}
+    assert set(casa.SOURCES) == set(casa.__all__) - {"__version__"}
 
 
 @pytest.mark.representatives(1)

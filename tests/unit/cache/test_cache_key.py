@@ -204,6 +204,9 @@ class TestImports:
         found = reach("casa_assets.layouts.run.scene_json")
         assert "casa_assets.layouts.run.resolve" not in found.modules, "imported under TYPE_CHECKING"
         assert "casa_assets.articulate.run.steps" in reach("casa_assets.cli.verbs.meshes:articulate").modules
+        by_public_name = reach("casa_assets.addons.batch.merged_form").modules
+        assert "casa_assets.model.asset.asset" in by_public_name
+        assert "casa_assets" not in by_public_name, "its version would be in the key"
         named_in_text = reach("casa_assets.ingest.run.inputs:WorkerAnswers").modules
         assert "casa_assets.ingest.run.steps" in named_in_text
 

@@ -90,7 +90,7 @@ class TestFitPrimitives:
         rim = [box((0.3, 0.02, 0.1), (0.0, y, 0.05)) for y in (-0.14, 0.14)]
         floor = box((0.3, 0.26, 0.04), (0.0, 0.0, 0.02))
         standing = np.array([[[-0.05, -0.05, 0.08], [0.05, 0.05, 0.3]]])
-        (piece,) = fit_primitives([floor, *rim], FitLimits(most=1, empty_share=1.0, beside=standing))
+        (piece,) = fit_primitives([floor, *rim], FitLimits(most=1, empty_share=1.0, neighbours=standing))
         assert shape_bounds(piece.shape, piece.pose)[1, 2] <= 0.08 + 1e-9
 
 
