@@ -25,8 +25,11 @@ START, END = "<!-- python -m benchmarks.imports -->\n\n", "\n<!-- end -->\n"
 BOXES = {
     "cli and api": ("cli", "api"),
     "show: pages and views": ("show", "layouts.check_plan"),
-    "addons, export": ("addons", "export"),
-    "runs of subjects": ("articulate.run", "ingest.run", "layouts.run", "families", "textures.run"),
+    "addons": ("addons",),
+    "ext for addons": tuple(
+        f"ext.{name}" for name in ("libraries", "pages", "registry", "scene_checks", "scene_files", "scenes")
+    ),
+    "export, runs of subjects": ("export", "articulate.run", "ingest.run", "layouts.run", "families", "textures.run"),
     "runs, library, cache": ("runs", "library", "cache", "show.page"),
     "registry": ("registry",),
     "kitchenware": ("kitchenware",),

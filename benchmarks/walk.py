@@ -2,7 +2,8 @@
 
     ./dev walk mug            a mesh: casa.ingest of examples/meshes/mug.obj into a library, to its certificate
     ./dev walk kitchen        a plan and a style: casa.kitchen("l_small", "coastal", seed=7).write()
-    ./dev walk microwave      a static appliance: casa.articulate of a microwave
+    ./dev walk microwave      a static appliance: casa.articulate of the mesh of a microwave
+    ./dev walk kettle         a member of a family: casa.build("kettle").write()
     ./dev walk                the numbers of all three, with what earlier runs left in the cache and without
 
 Each file is printed when one of its functions is called for the first time, with the number of functions that run in it
@@ -56,7 +57,14 @@ def microwave(out: Path) -> None:
     print(done.folder, file=sys.stderr)
 
 
-WALKS: dict[str, Callable[[Path], None]] = {"mug": mug, "kitchen": kitchen, "microwave": microwave}
+def kettle(out: Path) -> None:
+    """A member of a family becomes an asset."""
+    import casa_assets as casa
+
+    print(casa.build("kettle").write(out / "assets"), file=sys.stderr)
+
+
+WALKS: dict[str, Callable[[Path], None]] = {"mug": mug, "kitchen": kitchen, "microwave": microwave, "kettle": kettle}
 
 
 class Steps:

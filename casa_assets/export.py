@@ -11,23 +11,16 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path, PurePosixPath
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from casa_assets.cache.cache_key import digest_of, key_of
 from casa_assets.cache.code_index import PACKAGE
-from casa_assets.checks.check import Problem
-from casa_assets.checks.readers.urdf_facts import asset_differences
-from casa_assets.checks.scene.formats import scene_differences
 from casa_assets.core.system import cache_for
 from casa_assets.errors import BatchFault, CasaError, OutputError, PluginFailure, UnknownId
 from casa_assets.formats import urdf
-from casa_assets.formats.gltf import asset_glb, scene_glb
 from casa_assets.formats.urdf import json_text
-from casa_assets.layouts.order.build_order import KitchenRequest
 from casa_assets.layouts.run.kept import remembered_kitchen_key
 from casa_assets.layouts.run.recipe import SceneRecipe, recipes_named
-from casa_assets.layouts.run.resolve import build_scene, kitchen_key, warm
-from casa_assets.layouts.run.scene_folders import WORKER_BYTES
 from casa_assets.library import attribution
 from casa_assets.library.entry import entry_at
 from casa_assets.library.entry_files import CERTIFICATE, file_digests, read_asset, read_certificate, write_files
@@ -36,9 +29,14 @@ from casa_assets.model.asset.asset import Asset
 from casa_assets.model.issue import Files
 from casa_assets.model.kitchen.scene import Layer, Scene
 from casa_assets.registry.plugins.load import exporters, guarded
-from casa_assets.runs.engine import attempt, run_batch
 from casa_assets.runs.limits import WorkerFailure
 from casa_assets.runs.outcome import writing
+
+# What builds kitchens, reads back and compares is imported where it is used: an export that is there already needs none
+# of it.
+if TYPE_CHECKING:
+    from casa_assets.checks.check import Problem
+    from casa_assets.layouts.order.build_order import KitchenRequest
 
 # Certified ------------------------------------------------------------------------------------------------------------
 
@@ -339,6 +337,10 @@ def export_in_parallel(
     Raises:
         CasaError: the disk, the renderer or the memory of this machine does not suffice.
     """
+    from casa_assets.layouts.run.resolve import warm
+    from casa_assets.layouts.run.scene_folders import WORKER_BYTES
+    from casa_assets.runs.engine import run_batch
+
     work = partial(export_one, export=export, kind=kind, root=root, cache=cache_for(root))
     for number, answer in run_batch(work, recipes, root, jobs, warm, WORKER_BYTES):
         if isinstance(answer, WorkerFailure):
@@ -359,6 +361,8 @@ def measures_of(kitchen: KitchenRequest, scene: Scene) -> dict[str, Any]:
 
 def export_one(recipe: SceneRecipe, export: Export[R], kind: type[R], root: Path, cache: Path) -> R:
     """Export one scene; errors are reported in the result."""
+    from casa_assets.layouts.run.resolve import kitchen_key
+    from casa_assets.runs.engine import attempt
 
     def make() -> R:
         done = export(recipe, root, cache)
@@ -378,6 +382,8 @@ def glb_form(with_layers: bool = False) -> Form:
 
 
 def _asset(folder: Path, staged: Path, with_layers: bool) -> ExportResult:
+    from casa_assets.formats.gltf import asset_glb
+
     asset = certified_asset(folder)
     data = asset_glb(asset, with_layers)
     facts = {"category": asset.labels.category, "mass_kg": asset.mass, "bytes": len(data)}
@@ -385,6 +391,9 @@ def _asset(folder: Path, staged: Path, with_layers: bool) -> ExportResult:
 
 
 def _scene(recipe: SceneRecipe, staged: Path, cache: Path, with_layers: bool) -> ExportResult:
+    from casa_assets.formats.gltf import scene_glb
+    from casa_assets.layouts.run.resolve import build_scene
+
     request, scene = build_scene(recipe, cache)
     data = scene_glb(scene, with_layers)
     facts = {"placements": len(scene.placements), "bytes": len(data), **measures_of(request, scene)}
@@ -417,6 +426,8 @@ MAX_LISTED = 3
 
 def export_asset(folder: Path, staged: Path) -> ExportResult:
     """Write one asset and compare what is read back."""
+    from casa_assets.checks.readers.urdf_facts import asset_differences
+
     asset = certified_asset(folder)
     inside = f"{ASSETS}/{asset.id}"
     write_files(staged / inside, urdf.write(asset))
@@ -427,6 +438,9 @@ def export_asset(folder: Path, staged: Path) -> ExportResult:
 
 def export_scene(recipe: SceneRecipe, staged: Path, cache: Path) -> ExportResult:
     """Build one kitchen, write its files and compare them."""
+    from casa_assets.checks.scene.formats import scene_differences
+    from casa_assets.layouts.run.resolve import build_scene
+
     request, scene = build_scene(recipe, cache)
     inside = f"{SCENES}/{scene.id}"
     write_files(staged / inside, urdf.write_scene(scene))

@@ -336,7 +336,7 @@ def articulate(
     from casa_assets.articulate.decisions import Decisions, parse_direction
     from casa_assets.articulate.run.build import ArticulateRequest
     from casa_assets.articulate.run.run import articulate as run_articulate
-    from casa_assets.library.review import read_decisions
+    from casa_assets.library.mesh_decisions import read_decisions
 
     path = Path(mesh)
     _check_exist([path])

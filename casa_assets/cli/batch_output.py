@@ -44,10 +44,6 @@ NARROW_COLUMNS = 5  # columns of numbers that a terminal shows that has no room 
 MAX_LISTED = 20  # draws that are listed one by one at the end
 EXAMPLE_CHARACTERS = 160  # of the message about a refused draw
 WIDE_TERMINAL = 140  # characters that the whole table takes
-KINDS = (
-    ".glb, .gltf, .obj, .ply, .stl, .dae, .fbx, .usd, .usdz, .x3d, .wrl, .3ds, .blend, an archive of them, "
-    "a manifest .jsonl or an Objaverse folder"
-)
 # Where a run has more inputs than this, what was in the library already is counted and not listed.
 MOST_LISTED = 200
 MAX_ROWS = 40  # of a table that are printed where the user did not ask for more words
@@ -262,7 +258,12 @@ def _print_scene(result: SceneResult, output: Output) -> None:
 
 def no_mesh_found(sources: Sequence[object]) -> CasaError:
     """The error that the sources hold no mesh, with what would be one."""
-    return CasaError(f"no mesh found in {', '.join(map(str, sources))}; name {KINDS}")
+    from casa_assets.formats.read.formats import LISTED
+
+    names = ", ".join(map(str, sources))
+    return CasaError(
+        f"no mesh found in {names}; name {LISTED}, an archive of them, a manifest .jsonl or an Objaverse folder"
+    )
 
 
 def print_others(others: Counter[str], output: Output) -> None:

@@ -1,36 +1,29 @@
-"""What a person decided about the inputs of a library, which every later run on it obeys: review.csv and review.json.
+"""Decisions of a person about the inputs of a library, which every later run on it obeys: review.csv.
 
-review.csv lists uncertain guesses. A row is one input. The columns that begin with `set_` are the person's: their
+It lists uncertain guesses. A row is one input. The columns that begin with `set_` are the person's: their
 values are taken in place of the guess, with full confidence. Rows with such a value are kept, all others are written
 again from the entries.
-
-review.json holds decisions on articulated meshes. The page of review makes such a file, and `casa-assets articulate
---decisions review.json` takes it into the library.
 """
 
 from __future__ import annotations
 
 import csv
 import io
-import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
-from pydantic import Field, ValidationError
+from pydantic import ValidationError
 
 from casa_assets import registry
-from casa_assets.articulate.decisions import Decisions
 from casa_assets.errors import OutputError, UnknownId
 from casa_assets.library.entry import Entry
 from casa_assets.library.library import Library
 from casa_assets.model.asset.asset import Guess
 from casa_assets.model.issue import ASKED_CODE, REVIEW_CODE, Issue, Severity
-from casa_assets.model.record import Record, Sha256
 from casa_assets.model.source import UserOverride
 
-NAME, MESHES_NAME = "review.csv", "review.json"
+NAME = "review.csv"
 # Of an input that a person rejects.
 REJECTED_CODE = "REV002"
 # A guess less sure than this is for a person to look at.
@@ -210,50 +203,3 @@ def _override_of(cells: Mapping[str, str], place: str, records: registry.Registr
     except (UnknownId, ValueError, ValidationError) as error:
         message = error.errors()[0]["msg"] if isinstance(error, ValidationError) else str(error)
         raise OutputError(place, f"cannot be understood: {message}") from error
-
-
-class ReviewFile(Record):
-    """The decisions on many meshes, by the sha256 of each with all its files."""
-
-    meshes: dict[Sha256, Decisions] = Field(default_factory=dict)
-
-
-def read_decisions(path: Path) -> Decisions:
-    """Read a decisions.yaml. Raises RegistryError with file and line where it is invalid."""
-    document = registry.read_document(path)
-    return registry.read_record(Decisions, document.value, document, ())
-
-
-def read_review(path: Path) -> dict[str, Decisions]:
-    """Read a review.json. Raises RegistryError with file and line where it is invalid, UnknownId for a category."""
-    document = registry.read_document(path)
-    found = registry.read_record(ReviewFile, document.value, document, ()).meshes
-    for decisions in found.values():
-        check_category(decisions)
-    return found
-
-
-def check_category(decisions: Decisions) -> None:
-    """Raise UnknownId where decisions name a category that the registry does not know."""
-    known = registry.load()
-    if decisions.category is not None and decisions.category not in known.fixtures:
-        known.category(decisions.category)
-
-
-def mesh_decisions(library: Library) -> dict[str, Decisions]:
-    """Return the decisions made in a library so far; empty if it has no file of decisions."""
-    path = library.root / MESHES_NAME
-    return read_review(path) if path.exists() else {}
-
-
-def keep_mesh_decisions(library: Library, changes: Mapping[str, Decisions]) -> dict[str, Decisions]:
-    """Put decisions into the review.json of a library, in place of older ones on the same meshes; return all of them.
-
-    Decisions that say nothing take those of the mesh away.
-    """
-    before = mesh_decisions(library)
-    after = {sha256: one for sha256, one in {**before, **changes}.items() if one != Decisions()}
-    if after != before:
-        rows = {sha256: one.model_dump(mode="json", exclude_defaults=True) for sha256, one in sorted(after.items())}
-        library.write(MESHES_NAME, json.dumps({"meshes": rows}, indent=1) + "\n")
-    return after

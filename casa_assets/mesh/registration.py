@@ -6,9 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
-from scipy.spatial.distance import cdist, pdist
-from scipy.spatial.transform import Rotation
+import scipy  # which loads its parts when they are first used
 
 from casa_assets.core.numeric import Floats, Ints, decimals, significant
 from casa_assets.errors import DegenerateShape
@@ -47,7 +45,9 @@ def shape_descriptor(points: Floats, faces: Ints) -> ShapeDescriptor:
     x, y, z = (decimals(float(side), DIGITS) for side in axes / radius)
     return ShapeDescriptor(
         radius=significant(radius, 6),
-        pair_distances=tuple(decimals(v, DIGITS) for v in quantile_means(pdist(places), PAIR_SHARES)),
+        pair_distances=tuple(
+            decimals(v, DIGITS) for v in quantile_means(scipy.spatial.distance.pdist(places), PAIR_SHARES)
+        ),
         center_distances=tuple(decimals(v, DIGITS) for v in quantile_means(reach, CENTER_SHARES)),
         axis_spread=(x, y, z),
     )
@@ -91,7 +91,7 @@ def descriptor_distances(ones: Sequence[ShapeDescriptor], others: Sequence[Shape
 
     def table(field: str, metric: str) -> Floats:
         one, other = (np.array([getattr(d, field) for d in group], dtype=np.float64) for group in (ones, others))
-        return np.asarray(cdist(one, other, metric), dtype=np.float64)
+        return np.asarray(scipy.spatial.distance.cdist(one, other, metric), dtype=np.float64)
 
     pairs = table("pair_distances", "cityblock") / PAIR_SHARES
     reach = table("center_distances", "cityblock") / CENTER_SHARES
@@ -108,7 +108,7 @@ class SampledSurface:
 
     places: Floats
     normals: Floats
-    tree: cKDTree
+    tree: scipy.spatial.cKDTree
     spacing: float
     axes: Floats
     frame: Floats
@@ -136,7 +136,7 @@ def sampled_surface(points: Floats, faces: Ints) -> SampledSurface:
     order = np.arange(ALIGNMENT_SAMPLES) * 4801 % ALIGNMENT_SAMPLES
     spacing = float(np.sqrt(areas.sum() / ALIGNMENT_SAMPLES)) / radius
     local = (places[order] - center) / radius
-    return SampledSurface(local, normals[face[order]], cKDTree(local), spacing, axes / radius, frame)
+    return SampledSurface(local, normals[face[order]], scipy.spatial.cKDTree(local), spacing, axes / radius, frame)
 
 
 def align(one: SampledSurface, other: SampledSurface) -> Alignment:
@@ -156,7 +156,7 @@ def align(one: SampledSurface, other: SampledSurface) -> Alignment:
 def _starts(one: SampledSurface, other: SampledSurface) -> list[Floats]:
     """Starting rotations, best first, by how near the first surface comes to the second at once."""
     turns = _candidates(one, other)
-    coarse = cKDTree(other.some(1000))
+    coarse = scipy.spatial.cKDTree(other.some(1000))
     moved = np.einsum("kij,nj->kni", turns, one.some(START_SAMPLES))
     far = coarse.query(moved.reshape(-1, 3))[0].reshape(len(turns), -1)
     order = np.argsort(np.mean(far, axis=1).round(9), kind="stable")
@@ -174,13 +174,13 @@ def _candidates(one: SampledSurface, other: SampledSurface) -> Floats:
         alpha = 2 * np.pi * (np.arange(TURNS_ANY_AXIS) + 0.5) / np.sqrt(2.0)
         beta = 2 * np.pi * (np.arange(TURNS_ANY_AXIS) + 0.5) / 1.533751168755204288118041
         rows = (inner * np.sin(alpha), inner * np.cos(alpha), outer * np.sin(beta), outer * np.cos(beta))
-        return np.asarray(Rotation.from_quat(np.stack(rows, axis=1)).as_matrix())
+        return np.asarray(scipy.spatial.transform.Rotation.from_quat(np.stack(rows, axis=1)).as_matrix())
     flips = [np.diag(signs) for signs in ((1.0, 1, 1), (1.0, -1, -1), (-1.0, 1, -1), (-1.0, -1, 1))]
     within = [np.eye(3)]
     if first or second:
         axis = np.array([0.0, 0.0, 1.0]) if first else np.array([1.0, 0.0, 0.0])
         angles = np.arange(TURNS_ABOUT_AXIS) * 2 * np.pi / TURNS_ABOUT_AXIS
-        within = list(Rotation.from_rotvec(angles[:, None] * axis).as_matrix())
+        within = list(scipy.spatial.transform.Rotation.from_rotvec(angles[:, None] * axis).as_matrix())
     return np.array([other.frame @ flip @ turn @ one.frame.T for turn in within for flip in flips])
 
 
@@ -196,7 +196,7 @@ def _followed(places: Floats, turn: Floats, other: SampledSurface) -> tuple[Floa
         rows = np.hstack([np.cross(moved, normal), normal]) * pull[:, None]
         # A round thing may slide along itself: the least step that fits is taken.
         step = np.linalg.lstsq(rows, level * pull, rcond=1e-4)[0]
-        small = Rotation.from_rotvec(step[:3]).as_matrix()
+        small = scipy.spatial.transform.Rotation.from_rotvec(step[:3]).as_matrix()
         turn, shift = small @ turn, small @ shift + step[3:]
         if float(np.abs(step).max()) < 1e-5:
             break

@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import breadth_first_order, connected_components
+import scipy  # which loads its parts when they are first used
 
 from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.model.asset.parts import Mesh
@@ -77,8 +76,8 @@ def component_boxes(corners: Floats, label: Ints) -> tuple[Floats, Floats]:
 
 def connected_groups(count: int, left: Ints, right: Ints) -> Ints:
     """(N,) group of each of `count` things, of which those at the same place of `left` and `right` belong together."""
-    graph = coo_matrix((np.ones(len(left), dtype=np.int8), (left, right)), shape=(count, count))
-    return np.asarray(connected_components(graph, directed=False)[1].astype(np.int64))
+    graph = scipy.sparse.coo_matrix((np.ones(len(left), dtype=np.int8), (left, right)), shape=(count, count))
+    return np.asarray(scipy.sparse.csgraph.connected_components(graph, directed=False)[1].astype(np.int64))
 
 
 def manifold_patches(ids: Ints) -> Ints:
@@ -153,9 +152,11 @@ def _turns(left: Ints, right: Ints, clash: Mask, count: int) -> Mask:
     ends = np.concatenate([left, first]), np.concatenate([right, np.full(len(first), count)])
     # Weight 1 keeps the relative direction, 2 turns it.
     weight = np.concatenate([np.where(clash, 2, 1), np.ones(len(first), dtype=np.int64)]).astype(np.int8)
-    graph = coo_matrix((np.tile(weight, 2), (np.concatenate(ends), np.concatenate(ends[::-1]))), shape=(count + 1,) * 2)
+    graph = scipy.sparse.coo_matrix(
+        (np.tile(weight, 2), (np.concatenate(ends), np.concatenate(ends[::-1]))), shape=(count + 1,) * 2
+    )
     graph = graph.tocsr()
-    _, before = breadth_first_order(graph, count, directed=True)
+    _, before = scipy.sparse.csgraph.breadth_first_order(graph, count, directed=True)
     before[count] = count
     step = np.asarray(graph[before[:count], np.arange(count)]).ravel()
     parity = np.append(step == 2, False)

@@ -34,6 +34,8 @@ from casa_assets.library import review
 from casa_assets.library.entry_files import CERTIFICATE, PICTURE, REFUSAL, file_inside, suffix_of
 from casa_assets.library.library import REJECTED, Library
 from casa_assets.library.library_report import write_reports
+from casa_assets.library.mesh_decisions import NAME as MESHES_NAME
+from casa_assets.library.mesh_decisions import keep_mesh_decisions, mesh_decisions
 from casa_assets.library.remote_folder import RemoteFolder, StoredFile, WriterLock
 from casa_assets.runs.outcome import Event, writing
 
@@ -41,7 +43,7 @@ T = TypeVar("T")
 R = TypeVar("R")
 UNFINISHED = ".casa/unfinished.json"
 MANIFESTS = (CERTIFICATE, REFUSAL)
-DECISIONS = (review.NAME, review.MESHES_NAME)
+DECISIONS = (review.NAME, MESHES_NAME)
 MAX_READ = 3  # times that an entry is read before it is called damaged; it may be replaced meanwhile
 THREADS = 16  # requests at once: most of their time is waiting
 SENDERS = 4  # a run on this machine makes far fewer entries a second than these send
@@ -471,12 +473,12 @@ def _take_over_decisions(library: Library, remote: RemoteLibrary, is_overwritten
                     (library.root / name).unlink(missing_ok=True)
         if not is_overwritten:
             review.adopt(library, [there])
-            review.keep_mesh_decisions(library, review.mesh_decisions(there))
+            keep_mesh_decisions(library, mesh_decisions(there))
 
 
 def _decided(library: Library) -> dict[str, Mapping[str, object]]:
     """Return the decisions of a library, by the name of the file, then by the digest of the input."""
-    return {review.NAME: review.read_overrides(library), review.MESHES_NAME: review.mesh_decisions(library)}
+    return {review.NAME: review.read_overrides(library), MESHES_NAME: mesh_decisions(library)}
 
 
 @contextmanager

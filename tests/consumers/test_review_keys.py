@@ -13,7 +13,7 @@ from casa_assets.articulate.run import review_page
 from casa_assets.articulate.run.build import ArticulateRequest, build
 from casa_assets.articulate.run.steps import ArticulateOutcome
 from casa_assets.checks.motion.joints import JointTravel
-from casa_assets.library.review import read_review
+from casa_assets.library.mesh_decisions import read_review
 from tests.support.library.libraries import ran
 from tests.unit.articulate.blocks import microwave
 from tests.unit.articulate.test_assemble import obj

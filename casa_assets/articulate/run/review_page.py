@@ -18,9 +18,9 @@ from casa_assets.articulate.plan import HingeEdge, PartKind
 from casa_assets.articulate.run.steps import NAME as STRIP
 from casa_assets.articulate.run.steps import ArticulateOutcome, moving_joints
 from casa_assets.cache.cache_key import digest_of
-from casa_assets.library import review
 from casa_assets.library.entry_files import PICTURE
 from casa_assets.library.library import Library
+from casa_assets.library.mesh_decisions import mesh_decisions
 from casa_assets.model.issue import Decision
 from casa_assets.show.page.page_template import PageModels, models_of, relative_link, render_template, write_models
 from casa_assets.show.stills.still import CELL_PX, part_color, strip_corners
@@ -84,7 +84,7 @@ def _rank(done: ArticulateOutcome) -> tuple[int, float, str]:
 
 def _data(done: Sequence[ArticulateOutcome], library: Library, models: PageModels | None) -> dict[str, Any]:
     """Return all that the page shows: `rows` of meshes, and the words that a person can choose from."""
-    decided = review.mesh_decisions(library)
+    decided = mesh_decisions(library)
     rows = []
     for one in done:
         own = decided.get(one.sha256)

@@ -35,6 +35,7 @@ from casa_assets.library.entry import is_below
 from casa_assets.library.entry_files import Producer
 from casa_assets.library.entry_table import EntryTable
 from casa_assets.library.library import Library
+from casa_assets.library.mesh_decisions import keep_mesh_decisions, mesh_decisions
 from casa_assets.model.source import NO_OVERRIDE
 from casa_assets.runs.engine import (
     InputRun,
@@ -84,7 +85,7 @@ def articulate(
     library = Library(out)
     with ExitStack() as stack:
         open_library(library, stack)
-        review.keep_mesh_decisions(library, decisions)
+        keep_mesh_decisions(library, decisions)
         table = EntryTable(library, skip_damaged=True)
         run = InputRun[Survey](library, table, Producer.ARTICULATE, chain([first], inputs))
         for outcome in _outcomes(run, request_for, jobs, working or (lambda _: None)):
@@ -109,7 +110,7 @@ def _outcomes(
     yield from run.refused_early()
     limits = dict(registry.load().limits)
     bounds = Limits(limits["input_seconds"], int(limits["input_memory_bytes"]))
-    decided = review.mesh_decisions(run.library)
+    decided = mesh_decisions(run.library)
     due: list[_Job] = []
 
     def known_or_due(one: Found, survey: Survey) -> Iterator[ArticulateOutcome]:

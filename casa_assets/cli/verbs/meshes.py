@@ -129,8 +129,8 @@ def ingest(
 ) -> None:
     """Turn meshes into simulation-ready assets.
 
-    What the library holds of an input is kept while nothing has changed. An accepted asset is also kept where the new
-    result is in review or was rejected; --force replaces it. Exit 0 when all were accepted, 1 when some were rejected,
+    Results of an earlier run are kept while nothing has changed. An accepted asset is also kept where the new result
+    is in review or was rejected; --force replaces it. Exit 0 when all were accepted, 1 when some were rejected,
     4 when none was rejected but a person has to decide about some (review.csv in the library) or an accepted asset was
     kept in place of a new result, 2 on misuse.
 
@@ -259,9 +259,9 @@ def articulate(
 
     Results of an earlier run on the same file with the same options are kept, rejections too; a run that was stopped
     goes on where it ended. An accepted asset is also kept where the new result has fewer moving parts, is in review or
-    was rejected; --force replaces it. Every decision is in decisions.yaml beside the model: change a line, and pass the
-    file with --decisions. Exit 0 when all were accepted, 1 when some were rejected (ART001: nothing moves), 4 when none
-    was but some are in review (review.csv in the library) or an accepted asset was kept so, 2 on misuse.
+    was rejected; --force replaces it. Every decision is in decisions.yaml next to the model: change a line, and pass
+    the file with --decisions. Exit 0 when all were accepted, 1 when some were rejected (ART001: nothing moves), 4 when
+    none was but some are in review (review.csv in the library) or an accepted asset was kept so, 2 on misuse.
 
     Examples:
 
@@ -364,7 +364,7 @@ def _review_command(sources: Sequence[Path], out: Path, options: Mapping[str, ob
 def _read_decisions(path: Path | None, sources: Sequence[Path]) -> tuple[Decisions, Mapping[str, Decisions]]:
     """The decisions of a person on the one mesh, and those on many by their sha256. Raises typer.BadParameter."""
     from casa_assets.articulate.decisions import Decisions
-    from casa_assets.library.review import read_decisions, read_review
+    from casa_assets.library.mesh_decisions import read_decisions, read_review
 
     if path is None:
         return Decisions(), {}

@@ -25,7 +25,6 @@ from casa_assets.model.source import Bundle, RawModel
 SECOND_CHOICE = frozenset(
     {".fbx", ".blend", ".usd", ".usda", ".usdc", ".usdz", ".x3d", ".wrl", ".vrml", ".3ds", ".off", ".xaml"}
 )
-NAMES = "GLB, glTF, OBJ, PLY, STL, DAE, OFF, 3MF, XAML, FBX, USD, X3D, VRML, 3DS, blend"
 # Files that hold meshes, or archives of them, in formats that are not read: suffix -> what it is and what to do.
 UNREAD_SUFFIXES: Mapping[str, str] = {
     ".max": "a 3ds Max file; export it as GLB",
@@ -133,6 +132,8 @@ ALIASES: Mapping[str, Format] = {
     ".vrml": Format.VRML,
 }
 SUFFIXES = frozenset(SUFFIX_OF.values()) | ALIASES.keys()
+# For people: one suffix of each format.
+LISTED = ", ".join(SUFFIX_OF.values())
 # Magic numbers of what is read.
 _MAGIC: tuple[tuple[bytes, Format], ...] = (
     (b"glTF", Format.GLB),
@@ -234,7 +235,7 @@ def _by_name(data: bytes, head: bytes, name: str) -> Format:
         raise Rejected(codes.BAD_MAGIC, message)
     if suffix in UNREAD_SUFFIXES:
         raise Rejected(codes.WRONG_TYPE, f"{name}: this is {UNREAD_SUFFIXES[suffix]}, not a mesh")
-    raise Rejected(codes.WRONG_TYPE, f"{name}: the content is none of {NAMES}")
+    raise Rejected(codes.WRONG_TYPE, f"{name}: the content is none of {LISTED}")
 
 
 def is_binary_stl(data: bytes) -> bool:

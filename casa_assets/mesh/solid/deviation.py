@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy  # which loads its parts when they are first used
 
 from casa_assets.core.numeric import Floats, Ints, Mask
 from casa_assets.errors import DegenerateShape
@@ -92,7 +92,7 @@ class ReferenceSurface:
 
     samples: Floats
     normals: Floats
-    tree: cKDTree
+    tree: scipy.spatial.cKDTree
     spacing: float
     longest: float
     probes: Floats
@@ -105,7 +105,7 @@ def reference_surface(points: Floats, faces: Ints, count: int = SURFACE_SAMPLES)
     spacing = float(np.sqrt(areas.sum() / count))
     longest = float(np.ptp(points, axis=0).max())
     return ReferenceSurface(
-        samples, normals[face], cKDTree(samples), spacing, longest, samples[:: max(1, count // PROBES)]
+        samples, normals[face], scipy.spatial.cKDTree(samples), spacing, longest, samples[:: max(1, count // PROBES)]
     )
 
 

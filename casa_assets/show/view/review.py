@@ -30,7 +30,7 @@ from casa_assets.library import review
 from casa_assets.library.entry import Entry, entries
 from casa_assets.library.entry_files import PICTURE, Producer, file_inside, picture_of, read_asset
 from casa_assets.library.library import Library
-from casa_assets.library.review import check_category, keep_mesh_decisions
+from casa_assets.library.mesh_decisions import check_category, keep_mesh_decisions
 from casa_assets.model.source import UpAxis
 from casa_assets.show.page.page_template import (
     SUFFIX,
@@ -83,7 +83,7 @@ class _Handler(LocalHandler):
         self.send(HTTPStatus.OK if body else HTTPStatus.NOT_FOUND, kind, body)
 
     def _found(self, name: str) -> tuple[str, bytes]:
-        """Media type and content of what a name below the address stands for; empty where that is nothing."""
+        """Media type and content that a name below the address leads to; empty if it leads nowhere."""
         library, waiting, articulated = self.server.library, self.server.waiting, self.server.articulated
         if name == "":
             title = f"Review of {library.root.resolve().name}"

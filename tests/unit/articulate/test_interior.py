@@ -17,7 +17,7 @@ from casa_assets.articulate.segment.orthographic import cross_rays
 from casa_assets.checks.motion.joints import joint_travels
 from casa_assets.errors import Rejected
 from casa_assets.formats import mjcf
-from casa_assets.library.review import read_decisions
+from casa_assets.library.mesh_decisions import read_decisions
 from casa_assets.mesh.solid.primitive import tessellate
 from casa_assets.model.asset.parts import JointKind
 from tests.unit.articulate.blocks import (

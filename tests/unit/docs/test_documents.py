@@ -18,6 +18,7 @@ from typer.testing import CliRunner
 import casa_assets as casa
 from casa_assets.api.schemas import SCHEMAS, schema_text
 from casa_assets.cli.main import app
+from casa_assets.formats.read.formats import SUFFIXES
 from casa_assets.layouts.run.recipe import SceneResult
 from tests.architecture.test_commands import unknown
 from tests.support.program.documents import LANGUAGES, REASONS, ROOT, Block, blocks, indented, pages
@@ -97,6 +98,11 @@ def faults(name: str, data: Any) -> list[str]:
 
 def content(path: Path) -> Any:
     return json.loads(path.read_text(encoding="utf-8"))
+
+
+def test_the_page_of_formats_has_the_suffixes_that_are_read() -> None:
+    page = (ROOT / "docs/reference/input_formats.md").read_text(encoding="utf-8")
+    assert {suffix for suffix in SUFFIXES if f"`{suffix}`" not in page} == set()
 
 
 def test_published_schemas_are_up_to_date_and_printed() -> None:

@@ -17,6 +17,7 @@ from casa_assets.checks.readers.urdf_facts import asset_differences
 from casa_assets.errors import BatchFault, CasaError, OutputError
 from casa_assets.export import URDF, export_assets, export_scenes
 from casa_assets.layouts.order.build_order import KitchenRequest
+from casa_assets.layouts.run import resolve as resolving
 from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.layouts.run.resolve import resolve
 from casa_assets.layouts.run.state_file import digest_of_file, read_states, write_states
@@ -24,6 +25,7 @@ from casa_assets.library.entry_files import write_files
 from casa_assets.model.issue import Files
 from casa_assets.model.kitchen.scene import Placement, Scene
 from casa_assets.model.pose import Pose
+from casa_assets.runs import engine
 from casa_assets.runs.limits import WorkerFailure
 from tests.support.asset.assets import rigid_mug
 from tests.support.asset.packages import tamper
@@ -79,8 +81,10 @@ def test_an_asset_that_reads_back_otherwise_is_refused(
 
 def test_who_made_the_assets_of_kitchens_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     scene = corner()
-    monkeypatch.setattr(export, "build_scene", lambda recipe, _: (resolve(recipe), scene.replace(id=recipe.scene_id)))
-    monkeypatch.setattr(export, "run_batch", in_this_process)
+    monkeypatch.setattr(
+        resolving, "build_scene", lambda recipe, _: (resolve(recipe), scene.replace(id=recipe.scene_id))
+    )
+    monkeypatch.setattr(engine, "run_batch", in_this_process)
     ids = ["l_small__coastal", "l_small__rustic"]
     assert [one.id for one in export_scenes(URDF, ids, tmp_path / "out", 1)] == ids
     names = sorted(path.name for path in (tmp_path / "out").iterdir())
@@ -98,7 +102,7 @@ def test_who_made_the_assets_of_kitchens_is_told(tmp_path: Path, monkeypatch: py
 
 GOOD, BAD, LOST = (SceneRecipe(plan, "rustic") for plan in ("l_small", "galley", "u_small"))
 # Where each form looks up what builds a kitchen.
-MODULES = {"urdf": export, "glb": export, "robocasa": robocasa}
+MODULES = {"urdf": resolving, "glb": resolving, "robocasa": robocasa}
 
 
 def built(recipe: SceneRecipe, cache: Path, errors: dict[SceneRecipe, Exception]) -> tuple[KitchenRequest, Scene]:
@@ -125,7 +129,7 @@ def run(kind: str, recipes: list[SceneRecipe], out: Path) -> list[Any]:
 
 @pytest.fixture(params=sorted(MODULES))
 def kind(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
-    monkeypatch.setattr(export, "run_batch", in_this_process)
+    monkeypatch.setattr(engine, "run_batch", in_this_process)
     monkeypatch.setattr(robocasa, "afforded_tasks", lambda *_: ("OpenDrawer",))
     return str(request.param)
 

@@ -40,7 +40,7 @@ from casa_assets.library.clip import NO_WEIGHTS
 from casa_assets.library.entry_files import file_digests, read_asset, read_certificate, read_refusal
 from casa_assets.library.entry_table import EntryTable
 from casa_assets.library.library import Library
-from casa_assets.library.review import read_decisions
+from casa_assets.library.mesh_decisions import read_decisions
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.parts import JointKind
 from casa_assets.model.issue import REVIEW_CODE, Decision, Issue, Report, Severity

@@ -16,7 +16,7 @@ from casa_assets.cli.main import app
 from casa_assets.errors import RegistryError, UnknownId
 from casa_assets.library.entry_files import read_asset
 from casa_assets.library.library import Library
-from casa_assets.library.review import mesh_decisions, read_review
+from casa_assets.library.mesh_decisions import mesh_decisions, read_review
 from casa_assets.model.asset.parts import JointKind
 from casa_assets.show.view.review import ReviewServer
 from tests.support.library.server_requests import ask, running
