@@ -47,6 +47,52 @@ def about_axis(axis: Floats, angle: float) -> Floats:
     return found
 
 
+def arc_from_z(axis: tuple[float, float, float]) -> tuple[float, float, float, float]:
+    """Quaternion (w, x, y, z) of the shortest arc that turns z onto a unit vector."""
+    x, y, z = axis
+    if z < -1.0 + 1e-12:  # the arc has no plane; the axis is -z to rounding
+        return 0.0, 1.0, 0.0, 0.0
+    # Half way between a = (0, 0, 1) and b: (1 + a . b, a x b).
+    length = math.sqrt((1.0 + z) * (1.0 + z) + y * y + x * x)
+    return (1.0 + z) / length, -y / length, x / length, 0.0
+
+
+# Jacobi on 3x3 converges quadratically; six sweeps reach the last bit.
+JACOBI_SWEEPS = 16
+
+
+def principal_axes(tensor: Floats) -> tuple[tuple[float, float, float], Floats]:
+    """Moments and axes of a symmetric tensor by cyclic Jacobi rotations.
+
+    LAPACK is not used: its last bits depend on the processor, and its axes flip if moments are equal. Rotations compose
+    to a proper rotation, and a tensor that is already diagonal keeps its axes and their order.
+
+    Args:
+        tensor: (3, 3) symmetric, kg*m^2.
+    Returns:
+        Moments along the axes, and (3, 3) body_from_principal.
+    """
+    a = [[float(tensor[i, j]) for j in range(3)] for i in range(3)]
+    v = [[float(i == j) for j in range(3)] for i in range(3)]
+    for _ in range(JACOBI_SWEEPS):
+        for p, q in ((0, 1), (0, 2), (1, 2)):
+            if abs(a[p][q]) <= 1e-18 * (abs(a[p][p]) + abs(a[q][q])):
+                a[p][q] = a[q][p] = 0.0
+                continue
+            # Ref: Golub and Van Loan, Matrix Computations, algorithm 8.4.1: the smaller of the two angles.
+            tau = (a[q][q] - a[p][p]) / (2.0 * a[p][q])
+            t = math.copysign(1.0, tau) / (abs(tau) + math.sqrt(1.0 + tau * tau))
+            c = 1.0 / math.sqrt(1.0 + t * t)
+            s = t * c
+            for k in range(3):
+                a[k][p], a[k][q] = c * a[k][p] - s * a[k][q], s * a[k][p] + c * a[k][q]
+            for k in range(3):
+                a[p][k], a[q][k] = c * a[p][k] - s * a[q][k], s * a[p][k] + c * a[q][k]
+            for k in range(3):
+                v[k][p], v[k][q] = c * v[k][p] - s * v[k][q], s * v[k][p] + c * v[k][q]
+    return (a[0][0], a[1][1], a[2][2]), np.array(v)
+
+
 # Conversion from display values (sRGB) to linear light and back.
 #
 # There are separate functions for one channel and for arrays: numpy's power differs from Python's in the last bit, and

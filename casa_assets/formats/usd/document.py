@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 from pxr import Gf, Kind, Sdf, Usd, UsdGeom, UsdPhysics, Vt
 
-from casa_assets.core.numeric import Floats
+from casa_assets.core.numeric import arc_from_z, principal_axes
 from casa_assets.formats.usd import shapes
 from casa_assets.formats.usd.shapes import attach_label, place, put, quatd, vec3d
 from casa_assets.model.asset.asset import Asset, Base, Drive, Joint, JointKind, Link
@@ -39,7 +39,6 @@ NESTED_FOLDER = "nested"
 WRITER_DATE = "2026-11-22"
 WRITER_VERSION = "1"
 UNKNOWN = "unknown"  # SimReady refuses an empty string
-JACOBI_SWEEPS = 16  # Jacobi on 3x3 converges quadratically; six sweeps reach the last bit
 # camelCase, which no joint or link id is.
 JOINTS = "physicsJoints"
 BASE_TO_WORLD = "baseToWorld"
@@ -119,8 +118,7 @@ def layer_text(asset: Asset, textures: str = f"./{TEXTURES}") -> str:
         add_variants(layer, path, VARIANT_SET, poses, CLOSED_POSE)
     for name, positions in poses.items():
         set_joints(layer, path.AppendVariantSelection(VARIANT_SET, name), asset, positions, prepared=True)
-    text: str = layer.ExportToString()
-    return text
+    return str(layer.ExportToString())
 
 
 def set_stage(stage: Usd.Stage, root: Usd.Prim) -> None:
@@ -164,7 +162,7 @@ def _define_body(stage: Usd.Stage, root: Sdf.Path, asset: Asset, link: Link) -> 
         "physics:mass": link.inertial.mass,
         "physics:centerOfMass": link.inertial.center_of_mass,
         "physics:diagonalInertia": float32_moments(moments),
-        "physics:principalAxes": Gf.Quatf(*axes.quaternion),
+        "physics:principalAxes": Gf.Quatf(*Pose.from_matrix(axes).quaternion),
     }
     put(prim, values, "PhysicsRigidBodyAPI", "PhysicsMassAPI")
     if link is asset.root and (len(asset.links) > 1 or asset.base is Base.FIXED):
@@ -173,38 +171,6 @@ def _define_body(stage: Usd.Stage, root: Sdf.Path, asset: Asset, link: Link) -> 
         put(prim, {}, "PhysicsArticulationRootAPI")
     shapes.define_visuals(stage, root, link)
     shapes.define_colliders(stage, root, link)
-
-
-def principal_axes(tensor: Floats) -> tuple[Vec3, Pose]:
-    """Moments and axes of a symmetric tensor by cyclic Jacobi rotations.
-
-    LAPACK is not used: its last bits depend on the processor, and its axes flip if moments are equal. Rotations compose
-    to a proper rotation, and a tensor that is already diagonal keeps its axes and their order.
-
-    Args:
-        tensor: (3, 3) symmetric, kg*m^2.
-    Returns:
-        Moments along the axes, and body_from_principal as a pose without translation.
-    """
-    a = [[float(tensor[i, j]) for j in range(3)] for i in range(3)]
-    v = [[float(i == j) for j in range(3)] for i in range(3)]
-    for _ in range(JACOBI_SWEEPS):
-        for p, q in ((0, 1), (0, 2), (1, 2)):
-            if abs(a[p][q]) <= 1e-18 * (abs(a[p][p]) + abs(a[q][q])):
-                a[p][q] = a[q][p] = 0.0
-                continue
-            # Ref: Golub and Van Loan, Matrix Computations, algorithm 8.4.1: the smaller of the two angles.
-            tau = (a[q][q] - a[p][p]) / (2.0 * a[p][q])
-            t = math.copysign(1.0, tau) / (abs(tau) + math.sqrt(1.0 + tau * tau))
-            c = 1.0 / math.sqrt(1.0 + t * t)
-            s = t * c
-            for k in range(3):
-                a[k][p], a[k][q] = c * a[k][p] - s * a[k][q], s * a[k][p] + c * a[k][q]
-            for k in range(3):
-                a[p][k], a[q][k] = c * a[p][k] - s * a[q][k], s * a[p][k] + c * a[q][k]
-            for k in range(3):
-                v[k][p], v[k][q] = c * v[k][p] - s * v[k][q], s * v[k][p] + c * v[k][q]
-    return (a[0][0], a[1][1], a[2][2]), Pose.from_matrix(np.array(v))
 
 
 def float32_moments(moments: Vec3) -> Vec3:
@@ -258,14 +224,7 @@ def axis_and_rotation(axis: Vec3) -> tuple[str, Vec4]:
 
     For any direction other than the six exact ones, the token is Z and the rotation is the shortest arc.
     """
-    if axis in EXACT_AXES:
-        return EXACT_AXES[axis]
-    x, y, z = axis
-    if z < -1.0 + 1e-12:  # the arc has no plane; the axis is -z to rounding
-        return EXACT_AXES[(0.0, 0.0, -1.0)]
-    quaternion = np.array([1.0 + z, -y, x, 0.0])
-    w, i, j, k = (float(n) for n in quaternion / math.sqrt(float(quaternion @ quaternion)))
-    return "Z", (w, i, j, k)
+    return EXACT_AXES.get(axis) or ("Z", arc_from_z(axis))
 
 
 def _attach(prim: Usd.Prim, parent: Sdf.Path, child: Sdf.Path, parent_from_child: Pose, child_from_joint: Pose) -> None:
@@ -424,5 +383,4 @@ def _nested_text(root: Sdf.Path, flat: str, copies: Iterable[tuple[Sdf.Path, Ass
                 variant = path.ReplacePrefix(root, root.AppendVariantSelection(VARIANT_SET, pose))
                 set_pose(layer, variant, asset.parent_from_link(link.name, positions), prepared=True)
     layer.relocates = moves
-    text: str = layer.ExportToString()
-    return text
+    return str(layer.ExportToString())

@@ -11,6 +11,8 @@ from __future__ import annotations
 import json
 import keyword
 from collections.abc import Iterator
+from importlib.resources import files
+from string import Template
 
 from casa_assets.core.numeric import decimals
 from casa_assets.model.asset.asset import Asset, Base
@@ -26,81 +28,8 @@ RESERVED = frozenset(
         *("filter_collisions", "clone_in_fabric"),
     }
 )
-HEAD = '''"""Kitchen {id} for Isaac Lab 2.3 with Isaac Sim 5.
-
-Written by casa-assets from the record that scene.usda was written from. Not run with Isaac Lab: a test compiles this
-file and compares its numbers with the record. Keep it beside scene.usda.
-
-    scene = InteractiveScene(KitchenSceneCfg(num_envs=2, env_spacing=12.0))  # add a robot in a subclass
-    hold_springs(scene)  # after each reset
-
-Metres, radians, newtons, newton metres; quaternions (w, x, y, z), which Isaac Lab 3 wants as (x, y, z, w). Friction of
-a joint is an effort from Isaac Sim 5 on, and a coefficient without a unit before.
-"""
-
-from pathlib import Path
-
-import isaaclab.sim as sim_utils
-import torch
-from isaaclab.actuators import ImplicitActuatorCfg
-from isaaclab.assets import ArticulationCfg, AssetBaseCfg, RigidObjectCfg
-from isaaclab.scene import InteractiveSceneCfg
-from isaaclab.utils import configclass
-
-KITCHEN = "{{ENV_REGEX_NS}}/Kitchen"
-# Of each joint: where it starts; stiffness and damping of its spring; dry friction; viscous friction; armature.
-COLUMNS = ("start", "stiffness", "damping", "friction", "viscous_friction", "armature")
-# Where springs rest, which may be beyond the range of the joint: fixture -> joint -> rad or m.
-SPRING_RESTS = {rests}
-
-
-def _fixture(name, pos, rot, joints):
-    """What has joints, where its base stands; it comes with the kitchen, so that nothing is spawned."""
-    of = {{word: {{joint: row[i] for joint, row in joints.items()}} for i, word in enumerate(COLUMNS)}}
-    return ArticulationCfg(
-        prim_path=f"{{KITCHEN}}/{{name}}",
-        spawn=None,
-        init_state=ArticulationCfg.InitialStateCfg(pos=pos, rot=rot, joint_pos=of["start"]),
-        actuators={{
-            "joints": ImplicitActuatorCfg(
-                joint_names_expr=list(joints),
-                stiffness=of["stiffness"],
-                damping=of["damping"],
-                friction=of["friction"],
-                dynamic_friction=of["friction"],
-                viscous_friction=of["viscous_friction"],
-                armature=of["armature"],
-            )
-        }},
-    )
-
-
-def _loose(name, pos, rot):
-    """What is one body and can be taken away."""
-    state = RigidObjectCfg.InitialStateCfg(pos=pos, rot=rot)
-    return RigidObjectCfg(prim_path=f"{{KITCHEN}}/{{name}}/object", spawn=None, init_state=state)
-
-
-def hold_springs(scene):
-    """Aim the springs of a scene at where they rest; Isaac Lab would aim them at zero."""
-    for name, rests in SPRING_RESTS.items():
-        fixture = scene[name]
-        joints, _ = fixture.find_joints(list(rests), preserve_order=True)
-        target = torch.tensor([list(rests.values())] * scene.num_envs, device=scene.device)
-        fixture.set_joint_position_target(target, joint_ids=joints)
-
-
-@configclass
-class KitchenSceneCfg(InteractiveSceneCfg):
-    """The kitchen, and by name each fixture with joints and each thing that is loose."""
-
-    kitchen = AssetBaseCfg(
-        prim_path=KITCHEN,
-        spawn=sim_utils.UsdFileCfg(
-            usd_path=str(Path(__file__).resolve().parent / "{usd}"), variants={{"pose": "{pose}"}}
-        ),
-    )
-'''
+# The head of the file, up to the kitchen's own fixtures.
+HEAD = "isaac_lab_head.txt"
 
 
 def scene_text(scene: Scene, usd: str) -> str:
@@ -115,7 +44,9 @@ def scene_text(scene: Scene, usd: str) -> str:
         attribute(place.name): {j.name: j.drive.target for j in assets[place.name].joints if j.drive is not None}
         for place in scene.placements
     }
-    lines = [HEAD.format(id=scene.id, usd=usd, pose=START_POSE, rests=_table({k: v for k, v in rests.items() if v}))]
+    head = Template(files("casa_assets.formats.usd").joinpath(HEAD).read_text(encoding="utf-8"))
+    springs = _table({name: row for name, row in rests.items() if row})
+    lines = [head.substitute(id=scene.id, usd=usd, pose=START_POSE, rests=springs)]
     for place in scene.placements:
         asset = assets[place.name]
         if asset.joints:

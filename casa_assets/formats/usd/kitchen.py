@@ -8,6 +8,7 @@ from collections.abc import Callable
 import numpy as np
 from pxr import Gf, Kind, Sdf, Usd, UsdGeom
 
+from casa_assets.core.numeric import arc_from_z
 from casa_assets.formats.usd import document, isaac_lab, shapes
 from casa_assets.formats.usd.document import BASE_TO_WORLD, JOINTS
 from casa_assets.formats.usd.shapes import put
@@ -28,7 +29,6 @@ from casa_assets.model.kitchen.scene import (
     own_pose,
 )
 from casa_assets.model.pose import Pose
-from casa_assets.model.record import Vec3
 
 # /World                         kind assembly; variant sets pose (start, closed, open), room, ceiling (shown, hidden)
 #   /physicsScene /ambientLight
@@ -97,8 +97,7 @@ def scene_text(scene: Scene, shared: str = "../assets") -> str:
     _add_pose_variants(layer, scene)
     for kind in (Layer.ROOM, Layer.CEILING):
         _add_visibility_variants(layer, kind.value, [place for place in scene.placements if place.layer is kind])
-    text: str = layer.ExportToString()
-    return text
+    return str(layer.ExportToString())
 
 
 def _define(stage: Usd.Stage, scene: Scene) -> None:
@@ -229,14 +228,7 @@ def _light(stage: Usd.Stage, path: Sdf.Path, light: Light) -> None:
         cone = {"inputs:shaping:cone:angle": light.cone_deg, "inputs:shaping:cone:softness": light.softness}
         put(prim, cone, "ShapingAPI")
     put(prim, values, "ShadowAPI")
-    shapes.place(prim, pose_looking_along(light.direction).replace(position=light.position))
-
-
-def pose_looking_along(direction: Vec3) -> Pose:
-    """Rotation by the shortest arc from -z, along which lights shine, to a direction."""
-    length = math.sqrt(sum(d * d for d in direction))
-    x, y, z = (d / length for d in direction)
-    if z > 1.0 - 1e-12:  # straight up: any axis in the plane will do
-        return Pose(quaternion=(0.0, 1.0, 0.0, 0.0))
-    # The half-way quaternion between a = (0, 0, -1) and b: (1 + a . b, a x b).
-    return Pose(quaternion=(1.0 - z, y, -x, 0.0))
+    # Lights shine along -z: z is turned away from where they shine to.
+    length = math.hypot(*light.direction)
+    x, y, z = (-d / length for d in light.direction)
+    shapes.place(prim, Pose(position=light.position, quaternion=arc_from_z((x, y, z))))
