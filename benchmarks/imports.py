@@ -26,9 +26,7 @@ BOXES = {
     "cli and api": ("cli", "api"),
     "show: pages and views": ("show", "layouts.check_plan"),
     "addons": ("addons",),
-    "ext for addons": tuple(
-        f"ext.{name}" for name in ("libraries", "pages", "registry", "scene_checks", "scene_files", "scenes")
-    ),
+    "ext for addons": ("ext.libraries", "ext.scene_checks", "ext.scenes"),
     "export, runs of subjects": ("export", "articulate.run", "ingest.run", "layouts.run", "families", "textures.run"),
     "runs, library, cache": ("runs", "library", "cache", "show.page"),
     "registry": ("registry",),

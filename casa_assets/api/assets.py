@@ -26,13 +26,13 @@ from casa_assets.formats import mjcf
 from casa_assets.formats.values import VIEWER_GROUPS
 from casa_assets.layouts.run.load_scene import model_of
 from casa_assets.layouts.run.resolve import checked_params, params_of
-from casa_assets.layouts.run.scene_files import SCENE_JSON
 from casa_assets.library.entry_files import CERTIFICATE, manifest_of, read_asset
 from casa_assets.library.library import Library
 from casa_assets.mesh.trimesh_exchange import resting_sides
 from casa_assets.mesh.trimesh_exchange import to_trimesh as to_trimesh
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.issue import Report
+from casa_assets.model.kitchen.files import SCENE_JSON
 from casa_assets.model.kitchen.style import PresetChoice
 from casa_assets.model.pose import Pose
 from casa_assets.registry.families import family, family_names, object_family, object_names

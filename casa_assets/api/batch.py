@@ -19,8 +19,8 @@ from casa_assets.api.kitchen import Kitchen, kitchen
 from casa_assets.core.numeric import Floats, Ints
 from casa_assets.errors import CasaError
 from casa_assets.layouts.run.load_scene import FILES
-from casa_assets.layouts.run.scene_files import SCENE_JSON, START_STATES
 from casa_assets.layouts.run.state_file import read_current_states
+from casa_assets.model.kitchen.files import SCENE_JSON, START_STATES
 
 if TYPE_CHECKING:
     from casa_assets.addons.batch.engines import MujocoEngine

@@ -28,13 +28,13 @@ from casa_assets.layouts.run.kept import is_drawn, is_whole
 from casa_assets.layouts.run.load_scene import FILES, SurfaceTextures, model_of, spec_of
 from casa_assets.layouts.run.recipe import SceneRecipe, recipe_of
 from casa_assets.layouts.run.resolve import build_scene, draw_surfaces, ordered_models, ordered_surfaces, resolve
-from casa_assets.layouts.run.scene_files import SCENE_JSON, START_STATES
 from casa_assets.layouts.run.scene_folders import BuildOptions, publish_scene, scene_key
 from casa_assets.layouts.run.scene_json import describe, design_of, surface_finishes
 from casa_assets.layouts.run.state_file import read_current_states
 from casa_assets.library.library import Library
 from casa_assets.model.issue import Files, Report
 from casa_assets.model.kitchen.choices import Surface
+from casa_assets.model.kitchen.files import SCENE_JSON, START_STATES
 from casa_assets.model.kitchen.scene import Scene
 from casa_assets.projects import in_use, using
 from casa_assets.runs.outcome import writing

@@ -37,13 +37,11 @@ from casa_assets.articulate.fronts.joints import (
 )
 from casa_assets.articulate.fronts.opening_panels import (
     DOUBTFUL,
-    attach_to_panels,
-    find_box_boards,
-    find_handle_spots,
     find_round_door,
     fragments_around,
     select_opening_panels,
 )
+from casa_assets.articulate.fronts.panel_parts import attach_to_panels, find_box_boards, find_handle_spots
 from casa_assets.articulate.fronts.panels import (
     Panel,
     find_panels,

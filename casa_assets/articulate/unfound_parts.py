@@ -11,7 +11,7 @@ from itertools import combinations
 import numpy as np
 
 from casa_assets.articulate.controls.controls import find_controls
-from casa_assets.articulate.controls.faucets import Axis, Piece, PieceGraph, piece_graph
+from casa_assets.articulate.controls.pipe_pieces import Axis, Piece, PieceGraph, piece_graph
 from casa_assets.articulate.fronts.front_hypotheses import find_fronts
 from casa_assets.articulate.fronts.relief import is_handle
 from casa_assets.articulate.kinds import KIND_TRAITS

@@ -179,8 +179,8 @@ def _robot_rows(folder: Path) -> Iterator[Sequence[object]]:
 
 
 def _state_rows(folder: Path) -> Iterator[Sequence[object]]:
-    from casa_assets.layouts.run.scene_files import START_STATES
     from casa_assets.layouts.run.state_file import read_states
+    from casa_assets.model.kitchen.files import START_STATES
 
     found, size = read_states(folder), (folder / START_STATES).stat().st_size
     refused = ", ".join(f"{reason}: {count}" for reason, count in found.refused.items()) or "none"

@@ -140,9 +140,9 @@ def measures(summary: Summary | None) -> dict[str, Any]:
 
 
 def measures_at(folder: str | Path | None) -> dict[str, Any]:
-    """The same of an asset of a library, or of all in a kitchen and its room; null if there is none."""
-    from casa_assets.layouts.run.scene_files import SCENE_JSON
+    """The same of an asset of a library, or of all in a kitchen and its room; null without one."""
     from casa_assets.library.entry_files import find_summary
+    from casa_assets.model.kitchen.files import SCENE_JSON
 
     if not folder:
         return measures(None)
@@ -258,7 +258,7 @@ def _sum(widths: Sequence[int]) -> int:
 
 
 def bar(console: Console) -> Progress:
-    """A progress bar with a text, count, time and time left, removed at the end; nothing where there is no terminal."""
+    """A progress bar with a text, count, time and time left, removed at the end; without a terminal it is not shown."""
     columns = (
         SpinnerColumn(),
         TextColumn("{task.description}", table_column=Column(no_wrap=True, overflow="ellipsis", ratio=1)),

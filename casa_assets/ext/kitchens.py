@@ -1,9 +1,10 @@
-"""Records of kitchens: scenes, placements, robots, and numbers of contracts."""
+"""Records of kitchens: scenes, placements, robots, numbers of contracts; names of their files."""
 
 from __future__ import annotations
 
 from casa_assets.asset.lightweight import light_scene
 from casa_assets.model.kitchen.choices import JointWord
+from casa_assets.model.kitchen.files import BATCH_FILE, BATCH_JSON, ROBOTS_JSON, SCENE_JSON
 from casa_assets.model.kitchen.robot import (
     Arm,
     Following,
@@ -35,6 +36,8 @@ from casa_assets.model.written_formats import BatchFile
 
 __all__ = [
     "Arm",
+    "BATCH_FILE",
+    "BATCH_JSON",
     "BatchFile",
     "BatchScene",
     "EngineSizes",
@@ -57,10 +60,12 @@ __all__ = [
     "RobocasaRelease",
     "Robot",
     "RobotCertificate",
+    "ROBOTS_JSON",
     "Scene",
+    "SCENE_JSON",
     "SceneRobots",
     "SHELF_HEIGHTS_M",
-    "StoredStates",
     "StateJoint",
+    "StoredStates",
     "WorldCollider",
 ]

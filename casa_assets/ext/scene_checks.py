@@ -1,4 +1,4 @@
-"""Checks of kitchens and of forms that are made of them, and the tasks that they ask about."""
+"""Checks of kitchens and of forms that are made of them, and the registry, which has their limits."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from casa_assets.checks.readers.mujoco_facts import native_warnings
 from casa_assets.checks.robots import Task, tasks_of
 from casa_assets.checks.scene.engine_sizes import engine_sizes
 from casa_assets.checks.scene.light_forms import BatchSubject, candidate_pairs
+from casa_assets.registry import load as load_registry
+from casa_assets.registry.tables import load_robot
 
 __all__ = [
     "ATOMIC_TASKS",
@@ -16,6 +18,8 @@ __all__ = [
     "candidate_pairs",
     "DesignSubject",
     "engine_sizes",
+    "load_registry",
+    "load_robot",
     "native_warnings",
     "run_checks",
     "Task",

@@ -12,11 +12,18 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from casa_assets.addons.batch.merged_form import batch_within
-from casa_assets.ext.kitchens import BatchFile, BatchScene, EngineSizes, JointWord, Scene, light_scene
+from casa_assets.ext.kitchens import (
+    BATCH_FILE,
+    BATCH_JSON,
+    BatchFile,
+    BatchScene,
+    EngineSizes,
+    JointWord,
+    Scene,
+    light_scene,
+)
 from casa_assets.ext.mjcf import write_batch
-from casa_assets.ext.registry import load_registry
-from casa_assets.ext.scene_checks import BatchSubject, candidate_pairs, engine_sizes, run_checks
-from casa_assets.ext.scene_files import BATCH_FILE, BATCH_JSON
+from casa_assets.ext.scene_checks import BatchSubject, candidate_pairs, engine_sizes, load_registry, run_checks
 from casa_assets.ext.scenes import (
     AssetStore,
     SceneRecipe,

@@ -17,13 +17,12 @@ from casa_assets import Asset, CasaError, OutputError
 from casa_assets.addons.robocasa import casa_kitchens, casa_objects, kitchens, objects
 from casa_assets.addons.robocasa.kitchens import translated
 from casa_assets.ext.kitchens import RobocasaRelease, Scene
-from casa_assets.ext.libraries import LibraryFolder, attribution, write_files, writing
+from casa_assets.ext.libraries import LibraryFolder, attribution, object_names, write_files, writing
 from casa_assets.ext.libraries import entries as entries_of
 from casa_assets.ext.libraries import export as forms
 from casa_assets.ext.mjcf import SCENE_FILE
 from casa_assets.ext.records import TEST_SHARE, Base, Category, RestingPose, Split, Vec3, split_of
-from casa_assets.ext.registry import load_registry, object_names
-from casa_assets.ext.scene_checks import ATOMIC_TASKS, DesignSubject
+from casa_assets.ext.scene_checks import ATOMIC_TASKS, DesignSubject, load_registry
 from casa_assets.ext.scenes import (
     KitchenRequest,
     SceneRecipe,

@@ -13,12 +13,10 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from casa_assets import CasaError, Report
-from casa_assets.ext.kitchens import RobotCertificate, SceneRobots
+from casa_assets.ext.kitchens import ROBOTS_JSON, SCENE_JSON, RobotCertificate, SceneRobots
+from casa_assets.ext.libraries import join_robots
 from casa_assets.ext.mjcf import SCENE_FILE
-from casa_assets.ext.pages import join_robots
-from casa_assets.ext.registry import load_registry, load_robot
-from casa_assets.ext.scene_checks import native_warnings, run_checks, tasks_of
-from casa_assets.ext.scene_files import ROBOTS_JSON, SCENE_JSON
+from casa_assets.ext.scene_checks import load_registry, load_robot, native_warnings, run_checks, tasks_of
 from casa_assets.ext.scenes import (
     SceneRecipe,
     SceneResult,

@@ -24,9 +24,10 @@ from casa_assets.articulate.frame import guess_frame, metres_per_unit
 from casa_assets.articulate.fronts.front_hypotheses import CONTEXT, FEATURES
 from casa_assets.articulate.infer import choose_plan
 from casa_assets.articulate.interior.inner_parts import with_pieces_in_the_way
-from casa_assets.articulate.kinds import kind_by_parts, kind_named, rename_for_runtime
+from casa_assets.articulate.kinds import kind_by_parts, kind_named
 from casa_assets.articulate.plan import Articulation, Frame, JointPlan, Models, calibrate_parts
 from casa_assets.articulate.run.interiors import add_interiors
+from casa_assets.articulate.runtime.names import rename_for_runtime
 from casa_assets.articulate.segment.fragments import WeldedMesh, weld_model
 from casa_assets.articulate.segment.orthographic import TOP
 from casa_assets.articulate.segment.segmentations import cut_shell_parts

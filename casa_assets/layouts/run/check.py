@@ -35,7 +35,6 @@ from casa_assets.formats.mjcf.kitchen import FILE
 from casa_assets.layouts.run import scene_folders
 from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult
 from casa_assets.layouts.run.resolve import build_scene
-from casa_assets.layouts.run.scene_files import START_STATES
 from casa_assets.layouts.run.scene_folders import (
     BUILD,
     CHECK,
@@ -61,6 +60,7 @@ from casa_assets.layouts.run.scene_page import (
 )
 from casa_assets.layouts.run.state_file import read_states, write_states
 from casa_assets.model.issue import Report
+from casa_assets.model.kitchen.files import START_STATES
 from casa_assets.model.kitchen.scene import Scene, StartStates
 from casa_assets.registry.plugins.checks import check_table, with_plugin_limits
 from casa_assets.runs.limits import StepClock

@@ -13,7 +13,7 @@ from casa_assets.cache.cache_key import digest_of, key_of
 from casa_assets.cache.store import recall, remember
 from casa_assets.core.system import kept_json
 from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult
-from casa_assets.layouts.run.scene_files import OVERVIEW, SCENE_JSON, WRITTEN
+from casa_assets.model.kitchen.files import OVERVIEW, SCENE_JSON, WRITTEN
 
 KITCHEN_KEY = "kitchen key"
 # By name, so that nothing is imported for a key.

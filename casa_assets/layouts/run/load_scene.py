@@ -17,10 +17,10 @@ from PIL import Image
 from casa_assets.errors import CasaError, UnknownId
 from casa_assets.formats.mjcf.kitchen import FILE
 from casa_assets.layouts.run.resolve import ordered_surfaces
-from casa_assets.layouts.run.scene_files import BATCH_FILE, LIGHT_FILE
 from casa_assets.model.asset.material import Material
 from casa_assets.model.issue import Files
 from casa_assets.model.kitchen.choices import Surface
+from casa_assets.model.kitchen.files import BATCH_FILE, LIGHT_FILE
 from casa_assets.model.record import Vec2
 from casa_assets.model.registry.rows import TextureRecipe
 from casa_assets.textures.run.recipes import find_recipe, finish_of

@@ -24,9 +24,9 @@ from casa_assets.formats.mjcf import kitchen as mjcf
 from casa_assets.formats.usd import isaac_lab
 from casa_assets.formats.usd import kitchen as usd
 from casa_assets.layouts.run.recipe import recipe_of
-from casa_assets.layouts.run.scene_files import BEHAVIOR, LIGHT_FILE, OVERVIEW, SCENE_JSON, SHARED, START_STATES
 from casa_assets.layouts.run.scene_folders import BuildOptions, build_all, is_current
 from casa_assets.library import attribution
+from casa_assets.model.kitchen.files import BEHAVIOR, LIGHT_FILE, OVERVIEW, SCENE_JSON, SHARED, START_STATES
 from casa_assets.runs.outcome import writing
 
 LICENCE_FIELD = re.compile(rb'string asset_license = "([^"\n]*)"')

@@ -13,9 +13,9 @@ from pathlib import Path
 
 from casa_assets.core.system import kept_json
 from casa_assets.errors import CasaError, UnknownId
-from casa_assets.layouts.run.scene_files import SCENE_JSON
 from casa_assets.model.issue import Issue, Report
 from casa_assets.model.kitchen.choices import Surface
+from casa_assets.model.kitchen.files import SCENE_JSON
 from casa_assets.registry.kitchens import plan_names, style_names
 
 

@@ -30,11 +30,11 @@ from casa_assets.layouts.order.build_order import KitchenRequest
 from casa_assets.layouts.run.kept import is_drawn, is_whole, picture_key, written_key
 from casa_assets.layouts.run.recipe import SceneRecipe, SceneResult
 from casa_assets.layouts.run.resolve import build_scene, kitchen_key, preset_params
-from casa_assets.layouts.run.scene_files import BEHAVIOR, LIGHT_FILE, OVERVIEW, SCENE_JSON, SHARED
 from casa_assets.layouts.run.scene_json import describe, design_of
 from casa_assets.library.library import Library
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.issue import Files, Report
+from casa_assets.model.kitchen.files import BEHAVIOR, LIGHT_FILE, OVERVIEW, SCENE_JSON, SHARED
 from casa_assets.model.kitchen.scene import Scene
 from casa_assets.model.written_formats import SceneFile
 from casa_assets.registry.habits import load_habits

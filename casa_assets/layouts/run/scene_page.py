@@ -19,8 +19,8 @@ from casa_assets.checks.design.grade import Grade
 from casa_assets.checks.design.task_view import Afforded
 from casa_assets.core.system import kept_json
 from casa_assets.formats.gltf import scene_glb
-from casa_assets.layouts.run.scene_files import EYE_PICTURE, OVERVIEW, ROBOTS_JSON, SCENE_JSON, SHARED
 from casa_assets.model.issue import CheckResult, Issue, Report
+from casa_assets.model.kitchen.files import EYE_PICTURE, OVERVIEW, ROBOTS_JSON, SCENE_JSON, SHARED
 from casa_assets.model.kitchen.floor import ParkingPlace
 from casa_assets.model.kitchen.scene import Scene
 from casa_assets.model.record import Record, Sha256

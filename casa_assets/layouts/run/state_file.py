@@ -15,7 +15,7 @@ from pydantic import ValidationError
 
 from casa_assets.core.system import replace_file
 from casa_assets.errors import CasaError
-from casa_assets.layouts.run.scene_files import START_STATES
+from casa_assets.model.kitchen.files import START_STATES
 from casa_assets.model.kitchen.scene import ARRAYS, StartStates
 
 LARGEST_BYTES = 1 << 28  # more than any kitchen's states take

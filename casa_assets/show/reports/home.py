@@ -7,12 +7,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from casa_assets.layouts.run.scene_files import EYE_PICTURE
 from casa_assets.library.entry import Entry
 from casa_assets.library.entry_files import PICTURE, Producer
 from casa_assets.library.entry_table import EntryTable
 from casa_assets.library.library import Library
 from casa_assets.model.asset.parts import JointKind
+from casa_assets.model.kitchen.files import EYE_PICTURE
 from casa_assets.runs.outcome import writing
 from casa_assets.show.page.page_template import Words, all_words, relative_link, render_template
 from casa_assets.show.reports import kitchens

@@ -17,8 +17,8 @@ from pydantic import TypeAdapter
 from casa_assets.cache.cache_key import key_of
 from casa_assets.core.system import keep_json, kept_json
 from casa_assets.layouts.run.diversity import Diversity, read_diversity, table_rows
-from casa_assets.layouts.run.scene_files import EYE_PICTURE
 from casa_assets.model.issue import Report
+from casa_assets.model.kitchen.files import EYE_PICTURE
 from casa_assets.show.page.page_template import MAX_ROWS, relative_link, render_template
 from casa_assets.show.stills.pictures import SheetCell, contact_sheet
 

@@ -12,9 +12,9 @@ from casa_assets.core.system import replace_file
 from casa_assets.errors import OutputError, UnknownId
 from casa_assets.formats.mjcf import kitchen as mjcf
 from casa_assets.formats.usd import kitchen as usd
-from casa_assets.layouts.run.scene_files import SCENE_JSON
 from casa_assets.library.entry_files import checked_model
 from casa_assets.library.library import Library
+from casa_assets.model.kitchen.files import SCENE_JSON
 from casa_assets.runs.outcome import writing
 from casa_assets.show.stills.photoreal import StillSettings, asset_still, scene_stills
 from casa_assets.show.stills.pictures import SheetCell, contact_sheets

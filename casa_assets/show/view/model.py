@@ -25,7 +25,6 @@ from casa_assets.layouts.order.build_order import KitchenRequest
 from casa_assets.layouts.run.load_scene import model_of
 from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.layouts.run.resolve import build_choice, build_scene, draw_surfaces, resolve
-from casa_assets.layouts.run.scene_files import SCENE_JSON, SHARED
 from casa_assets.layouts.run.scene_folders import is_current
 from casa_assets.library.entry_files import checked_model, read_asset
 from casa_assets.model.asset.asset import Asset
@@ -33,6 +32,7 @@ from casa_assets.model.asset.behavior import Behavior, BehaviorState, Stimulus, 
 from casa_assets.model.asset.parts import Region, Site
 from casa_assets.model.issue import Files
 from casa_assets.model.kitchen.choices import Surface
+from casa_assets.model.kitchen.files import SCENE_JSON, SHARED
 from casa_assets.model.kitchen.robot import Following
 from casa_assets.model.kitchen.scene import Scene
 from casa_assets.model.record import Record
@@ -166,7 +166,7 @@ class Model:
 
 
 def make(subject: Subject, cache: Path, show_progress: ShowProgress) -> Model:
-    """Build, or read, what is to be shown, with a store in `cache`. Raises CasaError, also where there is no record."""
+    """Build or read the model that is to be shown, with a store in `cache`. Raises CasaError, also if a record is missing."""
     if isinstance(subject, Kitchen):
         return _kitchen(subject, cache, show_progress)
     show_progress("reading" if isinstance(subject, AssetFolder) else "building", 0, 0)

@@ -34,9 +34,9 @@ from markupsafe import Markup
 from casa_assets.errors import CasaError, OutputError
 from casa_assets.layouts.run.recipe import SceneRecipe
 from casa_assets.layouts.run.resolve import draw_surfaces, ordered_surfaces, resolve
-from casa_assets.layouts.run.scene_files import SHARED
 from casa_assets.library.entry_files import file_inside
 from casa_assets.model.kitchen.choices import Surface
+from casa_assets.model.kitchen.files import SHARED
 from casa_assets.show.page.page_template import render_template, viewer_script
 from casa_assets.show.view.model import REPORT, Model, ShowProgress, parse_step, step_machine, to_json, with_style
 from casa_assets.show.view.subject import Kitchen, Subject

@@ -14,10 +14,10 @@ from casa_assets.families.build import FamilyRequest, params_of
 from casa_assets.formats.mjcf.kitchen import FILE as SCENE_XML
 from casa_assets.formats.read.formats import SUFFIXES
 from casa_assets.layouts.run.recipe import SceneRecipe, recipe_of
-from casa_assets.layouts.run.scene_files import SCENE_JSON
 from casa_assets.library.entry_files import CERTIFICATE
 from casa_assets.library.library import Library
 from casa_assets.model.asset.asset import Asset
+from casa_assets.model.kitchen.files import SCENE_JSON
 from casa_assets.registry.families import family, family_names, object_names
 from casa_assets.registry.kitchens import plan_names, style_names
 

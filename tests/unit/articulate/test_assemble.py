@@ -13,7 +13,6 @@ from scipy.spatial import cKDTree
 from casa_assets.articulate.assemble import MAX_DENSITY_KG_M3, SHEET_GAP_M, drop_empty_links
 from casa_assets.articulate.build_colliders import GRIP_WIDTH_M, add_edge_grip, build_colliders
 from casa_assets.articulate.frame import metres_per_unit
-from casa_assets.articulate.kinds import rename_for_runtime
 from casa_assets.articulate.link_shapes import (
     CLEARANCE_M,
     MIN_THICKNESS_M,
@@ -27,6 +26,7 @@ from casa_assets.articulate.link_shapes import (
 )
 from casa_assets.articulate.plan import Articulation, PartKind, PartPlan
 from casa_assets.articulate.run.build import ArticulateRequest, build
+from casa_assets.articulate.runtime.names import rename_for_runtime
 from casa_assets.articulate.segment.fragments import WeldedMesh, weld_triangles
 from casa_assets.mesh.solid.primitive import tessellate
 from casa_assets.mesh.solid.solids import hull_volume

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from casa_assets import registry
-from casa_assets.articulate.kinds import KIND_NAMES, KIND_TRAITS, PlacedPart, RuntimeName, kind_named, runtime_names
+from casa_assets.articulate.kinds import KIND_NAMES, KIND_TRAITS, kind_named
 from casa_assets.articulate.plan import HingeEdge, JointPlan, PartKind
-from casa_assets.articulate.runtime_places import (
+from casa_assets.articulate.runtime.names import PlacedPart, RuntimeName, runtime_names
+from casa_assets.articulate.runtime.places import (
     Burner,
     burner_faces,
     find_burners,
@@ -23,7 +24,7 @@ from casa_assets.articulate.runtime_places import (
     region_over_rack,
     split_by_shelves,
 )
-from casa_assets.articulate.runtime_semantics import annotate_for_runtime, behavior_for, contract_for
+from casa_assets.articulate.runtime.semantics import annotate_for_runtime, behavior_for, contract_for
 from casa_assets.model.asset.asset import Asset, Collider, Joint, JointKind, Link, Region, Site
 from casa_assets.model.asset.behavior import BehaviorState, Stimulus, start_behavior, step_behavior
 from casa_assets.model.asset.parts import Box, Mesh, Visual

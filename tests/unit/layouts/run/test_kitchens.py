@@ -19,8 +19,8 @@ from casa_assets.cache import store
 from casa_assets.errors import CasaError, UnknownId
 from casa_assets.layouts.run import kept, resolve, scene_folders
 from casa_assets.layouts.run.recipe import SceneRecipe, all_recipes, recipe_of, recipes_matching, recipes_named
-from casa_assets.layouts.run.scene_files import OVERVIEW, SCENE_JSON, WRITTEN
 from casa_assets.model.kitchen.choices import Surface
+from casa_assets.model.kitchen.files import OVERVIEW, SCENE_JSON, WRITTEN
 from casa_assets.registry.kitchens import plan_names, style_names
 from casa_assets.show.stills import kitchen
 

@@ -21,8 +21,8 @@ from casa_assets.errors import CasaError
 from casa_assets.layouts.run import state_file
 from casa_assets.layouts.run.pack import members_of
 from casa_assets.layouts.run.recipe import SceneResult
-from casa_assets.layouts.run.scene_files import START_STATES
 from casa_assets.layouts.run.state_file import read_states, write_states
+from casa_assets.model.kitchen.files import START_STATES
 from casa_assets.model.kitchen.scene import StartStates
 from tests.support.kitchen.start_stages import scene_folder, wanted
 

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from casa_assets.articulate.runtime_places import (
+from casa_assets.articulate.runtime.places import (
     Bounds,
     Burner,
     burner_faces,

@@ -1,0 +1,1 @@
+"""Names, places and regions that runtimes expect of an articulated appliance."""
