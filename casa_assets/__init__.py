@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from casa_assets.model.issue import Issue, Report
     from casa_assets.textures.run.packs import PackReport
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 __all__ = ["__version__"]
 # Lists of plans, styles and so on.
 __all__ += ["plans", "styles", "families", "surfaces", "plugins", "PlanInfo", "StyleInfo", "FamilyInfo", "Bounds"]

@@ -1,4 +1,4 @@
-"""Find the panels that open: with handles, tiled, beside controls, and round ones."""
+"""Find the panels that open: with handles, tiled, next to controls, and round ones."""
 
 from __future__ import annotations
 

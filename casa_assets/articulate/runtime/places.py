@@ -1,4 +1,4 @@
-"""Find the places of an asset that things stand in or on: regions, niches and slots, and burners."""
+"""Find the places of an asset that hold things: regions, niches and slots, and burners."""
 
 from __future__ import annotations
 

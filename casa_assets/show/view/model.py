@@ -166,7 +166,7 @@ class Model:
 
 
 def make(subject: Subject, cache: Path, show_progress: ShowProgress) -> Model:
-    """Build or read the model that is to be shown, with a store in `cache`. Raises CasaError, also if a record is missing."""
+    """Build or read the model to be shown, with a store in `cache`. Raises CasaError, also if a record is missing."""
     if isinstance(subject, Kitchen):
         return _kitchen(subject, cache, show_progress)
     show_progress("reading" if isinstance(subject, AssetFolder) else "building", 0, 0)
