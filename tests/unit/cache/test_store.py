@@ -33,7 +33,7 @@ def test_what_is_damaged_is_not_there(tmp_path: Path, damage: bytes | None) -> N
 
 
 def test_a_write_that_is_cut_off_leaves_what_was_there(tmp_path: Path) -> None:
-    """As on a disk that becomes full: a file may have no more than so many bytes."""
+    """As on a disk that becomes full: no file may be larger than 1000 bytes."""
     store, limit = Store(tmp_path), resource.getrlimit(resource.RLIMIT_FSIZE)
     store.put(KEY, b"whole")
     resource.setrlimit(resource.RLIMIT_FSIZE, (1000, limit[1]))

@@ -146,7 +146,7 @@ def doors(*geoms: str) -> mujoco.MjModel:
 
 
 def test_a_place_is_as_large_as_the_largest_that_takes_it() -> None:
-    """What two kitchens need alike is there once, and another door takes the place that lacks least for it."""
+    """Kitchens share the geoms that both need, and the third door goes to the place that grows least."""
     kitchens = doors("bbo", "bbb"), doors("bbo"), doors("bbbb")
     found = slots_for([structure_of(model) for model in kitchens])
     assert sorted(sum(slot.geoms[0].values()) for slot in found.moving) == [3, 4]
