@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import resource
 import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -29,6 +30,19 @@ def test_what_is_damaged_is_not_there(tmp_path: Path, damage: bytes | None) -> N
     (path,) = (p for p in tmp_path.rglob("*") if p.is_file())
     path.write_bytes(path.read_bytes()[:-3] if damage is None else damage)
     assert store.get(KEY) is None
+
+
+def test_a_write_that_is_cut_off_leaves_what_was_there(tmp_path: Path) -> None:
+    """As on a disk that becomes full: no file may be larger than 1000 bytes."""
+    store, limit = Store(tmp_path), resource.getrlimit(resource.RLIMIT_FSIZE)
+    store.put(KEY, b"whole")
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, limit[1]))
+    try:
+        with pytest.raises(OSError, match="large"):
+            store.put(KEY, os.urandom(5000))
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limit)
+    assert store.get(KEY) == b"whole"
 
 
 def keys(store: Store) -> list[str]:
@@ -139,6 +153,12 @@ def test_only_a_changed_file_is_read_again(package: Scans, tmp_path: Path, monke
     assert read == ["casa_assets.two"]
     assert after["casa_assets.two"].words == ("plans.yaml",)
     assert after["casa_assets.one"] == before["casa_assets.one"]
+
+
+def test_a_module_that_is_named_in_text_is_one_that_is_used(package: Scans, tmp_path: Path) -> None:
+    """Workers are given what they do by its name."""
+    (tmp_path / "casa_assets" / "one.py").write_text('WORK, OTHER = "casa_assets.two:made", "casa_assets.three:made"\n')
+    assert package()["casa_assets.one"].modules == ("casa_assets.two",)
 
 
 def test_a_new_module_or_a_damaged_index_has_all_read_again(package: Scans, tmp_path: Path) -> None:

@@ -9,7 +9,10 @@ import mujoco
 import numpy as np
 import pytest
 from pydantic import ValidationError
+from scipy.spatial.transform import Rotation
 
+from casa_assets.asset.assemble import assemble
+from casa_assets.asset.asset_builder import AssetBuilder
 from casa_assets.kitchenware.fixtures import boards, wall_racks
 from casa_assets.kitchenware.fixtures.cabinets import BaseCabinet, DrawerStack, IslandBase, WallCabinet
 from casa_assets.kitchenware.fixtures.cookers import DOUBLE_OVEN_WIDTH, Range
@@ -17,13 +20,14 @@ from casa_assets.kitchenware.fixtures.dish_rack import DishRack, DishRackForm
 from casa_assets.kitchenware.fixtures.microwave import Microwave, MicrowaveControls, MicrowaveHandle, MicrowaveMounting
 from casa_assets.kitchenware.fixtures.toasters import PanelPlace, ToasterOven
 from casa_assets.kitchenware.parts import fronts, handles
+from casa_assets.kitchenware.parts.controls import KnobStyle, add_knob_with_scale
 from casa_assets.kitchenware.parts.fronts import CabinetLook, FrontEdge, FrontKind
 from casa_assets.kitchenware.parts.handles import HandleKind
 from casa_assets.kitchenware.parts.oven import OvenHandle
 from casa_assets.mesh.solid.primitive import shape_bounds
 from casa_assets.model.asset.parts import Box, Capsule
 from casa_assets.registry.families import family
-from tests.support.asset.family_members import made, preset, spec_of
+from tests.support.asset.family_members import made, preset, spec_of, supplies
 from tests.unit.families.test_members import GROUPS, height_of, holds
 
 pytestmark = pytest.mark.content("code", "families", keep=0)
@@ -202,6 +206,20 @@ def test_the_pane_of_a_higher_hood_is_no_higher() -> None:
         for p in (usual, usual.replace(height=1.2))
     ]
     assert ends[0] == ends[1] > 0.3
+
+
+def test_the_pointer_of_a_knob_follows_the_scale_that_is_printed_round_it() -> None:
+    """Of two ticks a quarter turn apart, half of its way is in the middle."""
+    builder = AssetBuilder(supplies(family("range"), Range()))
+    finishes = ("plastic_black", "steel_galvanised", "plastic_white")
+    add_knob_with_scale(builder, "knob", (0.1, 0.0, 0.2), (KnobStyle.SKIRT, 0.02), finishes, np.pi / 2, steps=2)
+    asset = assemble(builder, "range", Range())
+    (joint,), (scale,) = asset.joints, (v for v in asset.root.visuals if v.label == "print")
+    (pointer,) = (v for v in asset.link("knob").visuals if v.material == "plastic_red")
+    half = Rotation.from_rotvec(np.array(joint.axis) * joint.range[1] / 2).as_matrix()
+    points = pointer.mesh.vertices @ half.T, scale.mesh.vertices - asset.asset_from_link("knob").position
+    shown, printed = (p.mean(axis=0)[[0, 2]] for p in points)
+    assert shown @ printed / np.linalg.norm(shown) / np.linalg.norm(printed) > 0.99
 
 
 # What is put out and hung up ------------------------------------------------------------------------------------------

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import product
 
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ from casa_assets.mesh.surface import is_closed
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.behavior import Condition, Rule
 from casa_assets.model.asset.material import Material, Substance
+from casa_assets.model.asset.parts import Box
 from casa_assets.model.registry.rows import Finish
 from tests.support.asset.asset_parts import labels
 
@@ -62,6 +64,16 @@ def test_a_solid_is_closed_of_the_volume_of_the_formula_and_its_skin_true_to_siz
             assert np.median(np.abs(flat - true)) < 1e-3
 
 
+def test_the_collider_of_a_mirrored_part_lies_where_its_mesh_is() -> None:
+    """Also one that slants to two sides."""
+    solid = box((0.2, 0.3, 0.4), edge_radius=0.0).rotated("y", 0.7).rotated("x", 0.4).translated(0.5).mirrored_x()
+    ((shape, at),) = solid.shapes
+    assert isinstance(shape, Box)
+    corners = at.apply(np.array(list(product((-0.5, 0.5), repeat=3))) * shape.size)
+    ways = np.random.default_rng(0).normal(size=(3, 30))
+    np.testing.assert_allclose((corners @ ways).max(axis=0), (solid.points @ ways).max(axis=0), atol=1e-6)
+
+
 class Lid(Params):
     """A board on a hinge."""
 
@@ -70,15 +82,17 @@ class Lid(Params):
     back: FinishId | None = None
 
 
-def chest(start_n: float = 7.0) -> Asset:
-    """A box with a door of 400 mm, pulled at its edge."""
+def chest(start_n: float = 7.0, left: float = 0.0) -> Asset:
+    """A box with a door of 400 mm, pulled at its edge; `left`: x of the hinge in the frame of the door's link."""
     builder = AssetBuilder(SUPPLIES)
     builder.contract = "hinge_cabinet"
     builder.add(ROOT, board((0, 0.02, 0), (0.4, 0.3, 0.6)), "plain", label="case")
-    builder.link("door", at=(0.0, 0.0, 0.0))
-    builder.add("door", board((0, 0, 0), (0.4, 0.018, 0.6)), "tiled", label="door", name="door_main")
-    builder.add("door", box((0.01, 0.03, 0.1), (0.36, -0.015, 0.3)), "plain", label="handle", name="door_handle_main")
-    builder.hinge("doorhinge", "door", (0, 0, 1), (-math.pi / 2, 0.0), "door_handle_main", start_n=start_n)
+    builder.link("door", at=(-left, 0.0, 0.0))
+    leaf, pull = board((left, 0, 0), (left + 0.4, 0.018, 0.6)), box((0.01, 0.03, 0.1), (left + 0.36, -0.015, 0.3))
+    builder.add("door", leaf, "tiled", label="door", name="door_main")
+    builder.add("door", pull, "plain", label="handle", name="door_handle_main")
+    span, anchor = (-math.pi / 2, 0.0), (left, 0.0, 0.0)
+    builder.hinge("doorhinge", "door", (0, 0, 1), span, "door_handle_main", anchor=anchor, start_n=start_n)
     builder.keyframe("closed")
     builder.keyframe("open", doorhinge=builder.joint_position("doorhinge"))
     return assemble(builder, "chest", Lid())
@@ -109,6 +123,30 @@ def test_friction_starts_at_the_given_force_and_a_grip_that_is_not_there_is_refu
     builder.hinge("flap_joint", "flap", (0, 0, 1), (0.0, 1.0), "no_handle")
     with pytest.raises(ValueError, match="no collider 'no_handle'"):
         assemble(builder, "chest", Lid())
+
+
+def test_a_door_resists_a_hand_alike_wherever_the_frame_of_its_link_lies() -> None:
+    (joint,) = chest().joints
+    for left in (-0.7, 0.3):
+        (moved,) = chest(left=left).joints
+        assert (moved.damping, moved.armature) == pytest.approx((joint.damping, joint.armature), rel=0.01)
+
+
+def test_what_is_hidden_in_a_case_turns_like_a_block_of_its_size_and_mass() -> None:
+    size, at = (0.1, 0.2, 0.4), (0.05, 0.1, 0.3)
+    found = []
+    for is_drawn in (False, True):
+        builder = AssetBuilder(SUPPLIES)
+        builder.add(ROOT, box((0.5, 0.5, 0.5), (0.0, 0.0, 0.25), edge_radius=0.0), "plain", density=20.0)
+        if is_drawn:
+            builder.draw(ROOT, box(size, at, edge_radius=0.0), "plain", density=6.0 / math.prod(size))
+        else:
+            builder.ballast(ROOT, 6.0, at, size)
+        found.append(assemble(builder, "chest", Lid()).root.inertial)
+    hidden, drawn = found
+    assert hidden.mass == pytest.approx(drawn.mass)
+    np.testing.assert_allclose(hidden.center_of_mass, drawn.center_of_mass, atol=1e-6)
+    np.testing.assert_allclose(hidden.tensor, drawn.tensor, rtol=1e-4, atol=1e-6)
 
 
 def test_a_state_machine_keeps_its_variables_rules_and_effects_in_order() -> None:

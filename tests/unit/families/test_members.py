@@ -12,6 +12,7 @@ from casa_assets.checks.asset.plausibility import fingers_have_room
 from casa_assets.kitchenware.parts.doors import DOOR_TRAVEL
 from casa_assets.mesh.solid.primitive import link_bounds
 from casa_assets.model.asset.asset import Asset, Base, JointKind
+from casa_assets.model.asset.behavior import Stimulus, start_behavior, step_behavior
 from casa_assets.model.asset.parts import Joint
 from casa_assets.registry.families import families, family_groups
 from tests.support.asset.family_members import MANY, drawn, known, made, preset, unmet
@@ -124,6 +125,10 @@ def small(family: str, asset: Asset) -> None:
             if re.fullmatch(pattern, joint.name):
                 assert kind in (None, joint.kind), joint.name
                 assert low <= np.ptp(joint.range) <= high, joint.name
+        if family == "toaster" and "lever" in joint.name:
+            weight = 9.81 * asset.link(joint.child).inertial.mass
+            assert joint.drive is not None
+            assert joint.drive.stiffness * (joint.drive.target - max(joint.range)) > weight, "it springs back up"
     for pattern in WORKED_BY.get(family, ()):
         assert any(re.fullmatch(pattern, joint.name) for joint in asset.joints), pattern
     for link in asset.links[1:]:
@@ -236,6 +241,18 @@ def test_racks_of_a_dishwasher_wait_for_its_door() -> None:
         lower, upper = (next(r for r in asset.regions if r.name == f"rack{k}") for k in range(2))
         heights = [float((asset.asset_from_link(r.link) @ r.pose).position[2]) for r in (lower, upper)]
         assert abs(heights[1] - heights[0]) > 0.2, name
+
+
+@pytest.mark.content("family", "dishwasher", keep=0)
+def test_a_dishwasher_washes_while_it_is_on_and_its_door_is_shut() -> None:
+    behavior = preset("dishwasher", "white").behavior
+    assert behavior is not None
+    state, found = start_behavior(behavior), list[str]()
+    for key, door in (("", 0.0), ("start_button", 0.0), ("", 0.0), ("", 1.0), ("", 0.0)):
+        for _ in range(3):
+            state = step_behavior(state, Stimulus({"door_joint": door}, frozenset({key})), 0.05)
+        found.append(state.values["wash"])
+    assert found == ["off", "on", "on", "off", "on"]
 
 
 @pytest.mark.content("family", "fridge_side_by_side", keep=0)

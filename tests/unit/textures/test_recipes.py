@@ -25,6 +25,7 @@ from casa_assets.textures.run.recipes import (
     painting_ahead,
     recipes,
 )
+from tests.support.program.projects import Project
 
 pytestmark = [pytest.mark.content("code", "textures", keep=0), pytest.mark.content("code", "textures.run", keep=0)]
 
@@ -75,6 +76,14 @@ def test_a_finish_comes_from_the_store_the_second_time(tmp_path: Path, monkeypat
     monkeypatch.setattr(Store, "put", lambda *_: pytest.fail("painted again"))
     assert finish_of(wanted, tmp_path, 64).digest == first.digest
     assert (first.tile_m, first.substance.id) == (wanted.tile_m, wanted.substance)
+
+
+def test_a_finish_has_the_substance_that_is_stated_now(tmp_path: Path, project: Project) -> None:
+    """Though its picture was painted before."""
+    wanted = find_recipe("beadboard_white")
+    assert finish_of(wanted, tmp_path / "cache", 64).substance.static_friction < 0.9
+    project({"substances.yaml": f"{wanted.substance}: {{static_friction: 0.91}}\n"})
+    assert finish_of(wanted, tmp_path / "cache", 64).substance.static_friction == 0.91
 
 
 def test_recipes_are_checked_one_by_one_and_as_a_set(tmp_path: Path) -> None:

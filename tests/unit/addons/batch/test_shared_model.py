@@ -8,9 +8,9 @@ import mujoco
 import numpy as np
 import pytest
 
-from casa_assets.addons.batch.shared_model import SharedModel, addresses, robot_of, share
+from casa_assets.addons.batch.shared_model import SharedModel, addresses, robot_of, share, slots_for
 from casa_assets.addons.batch.start_positions import AWAKE, LOCKED, MOVED, start_positions
-from casa_assets.addons.batch.structure import materials_of, plain_colors
+from casa_assets.addons.batch.structure import materials_of, plain_colors, structure_of
 from casa_assets.checks.scene.light_forms import candidate_pairs
 from casa_assets.core.numeric import linear_from_srgb_array
 from casa_assets.errors import CasaError
@@ -136,6 +136,20 @@ def test_what_has_all_that_the_others_have_has_nothing_parked(alone: Models) -> 
     first, second = share([whole, less])
     assert (first.model.ngravcomp, second.model.ngravcomp) == (0, 1)
     assert "plate__free" not in second.joints
+
+
+def doors(*geoms: str) -> mujoco.MjModel:
+    """Doors side by side, each with a box for every b and a ball for every o of a word."""
+    kinds = {"b": '<geom type="box" size=".1 .1 .1"/>', "o": '<geom size=".1"/>'}
+    bodies = (f"<body><joint/>{''.join(kinds[kind] for kind in word)}</body>" for word in geoms)
+    return mujoco.MjModel.from_xml_string(f"<mujoco><worldbody>{''.join(bodies)}</worldbody></mujoco>")
+
+
+def test_a_place_is_as_large_as_the_largest_that_takes_it() -> None:
+    """Kitchens share the geoms that both need, and the third door goes to the place that grows least."""
+    kitchens = doors("bbo", "bbb"), doors("bbo"), doors("bbbb")
+    found = slots_for([structure_of(model) for model in kitchens])
+    assert sorted(sum(slot.geoms[0].values()) for slot in found.moving) == [3, 4]
 
 
 @pytest.mark.parametrize(("text", "mocaps"), [(DRIVING, 1), (FLOATING, 0)])

@@ -143,6 +143,19 @@ def test_a_store_on_a_disk_is_a_library(library: Library, tmp_path: Path) -> Non
     assert list((tmp_path / "shared").rglob("*.part")) == []
 
 
+def test_an_entry_whose_files_changed_and_kept_their_sizes_is_sent(library: Library) -> None:
+    store, folder = FaultyStore(), next(library.accepted())
+    pushed(library, store)
+    old = (folder / "model.xml").read_bytes()
+    new = old[:-1] + b" "
+    (folder / "model.xml").write_bytes(new)
+    before, after = (hashlib.sha256(data).hexdigest() for data in (old, new))
+    manifest = (folder / CERTIFICATE).read_text(encoding="utf-8")
+    (folder / CERTIFICATE).write_text(manifest.replace(before, after), encoding="utf-8")
+    assert [change.kind for change in pushed(library, store)].count("copied") == 1
+    assert public(store) == files_of(library)
+
+
 def test_a_push_that_is_killed_at_any_request_is_finished_by_the_next(library: Library) -> None:
     """First of a new library, then of one entry that has changed, and one that is gone."""
     requests, before = 0, dict[str, bytes]()
