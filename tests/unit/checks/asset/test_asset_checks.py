@@ -299,6 +299,7 @@ ALSO: list[tuple[str, Build]] = [
     ("AST007", boxes.opened),
     ("AST008", lambda: boxes.spread_over(0.21)),
     ("AST009", lambda: boxes.short_by(0.05, (2.0, 1.0, 1.0))),
+    ("AST009", lambda: boxes.short_by(0.012, (2.0, 1.0, 1.0)).replace(provenance=made.cupboard().provenance)),
     ("AST011", lambda: boxes.licensed("")),
     ("AST015", lambda: boxes.opening(0.1, 1.5, False)),
     ("VIS002", lambda: boxes.shown(SIDE.replace(normals=2 * np.asarray(SIDE.normals)))),
