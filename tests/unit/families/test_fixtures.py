@@ -11,6 +11,7 @@ import pytest
 from pydantic import ValidationError
 from scipy.spatial.transform import Rotation
 
+import casa_assets as casa
 from casa_assets.asset.assemble import assemble
 from casa_assets.asset.asset_builder import AssetBuilder
 from casa_assets.kitchenware.fixtures import boards, wall_racks
@@ -19,13 +20,14 @@ from casa_assets.kitchenware.fixtures.cookers import DOUBLE_OVEN_WIDTH, Range
 from casa_assets.kitchenware.fixtures.dish_rack import DishRack, DishRackForm
 from casa_assets.kitchenware.fixtures.microwave import Microwave, MicrowaveControls, MicrowaveHandle, MicrowaveMounting
 from casa_assets.kitchenware.fixtures.toasters import PanelPlace, ToasterOven
+from casa_assets.kitchenware.fixtures.vases import Bouquet, Vase
 from casa_assets.kitchenware.parts import fronts, handles
 from casa_assets.kitchenware.parts.controls import KnobStyle, add_knob_with_scale
 from casa_assets.kitchenware.parts.fronts import CabinetLook, FrontEdge, FrontKind
 from casa_assets.kitchenware.parts.handles import HandleKind
 from casa_assets.kitchenware.parts.oven import OvenHandle
 from casa_assets.mesh.solid.primitive import shape_bounds
-from casa_assets.model.asset.parts import Box, Capsule
+from casa_assets.model.asset.parts import Box, Capsule, Cylinder
 from casa_assets.registry.families import family
 from tests.support.asset.family_members import made, preset, spec_of, supplies
 from tests.unit.families.test_members import GROUPS, height_of, holds
@@ -110,6 +112,9 @@ def test_handles_stand_on_the_face_and_fit_a_gripper() -> None:
         assert -0.06 < cloud[:, 1].min() < -0.02
         shape = pull.shapes[0][0]
         assert isinstance(shape, Box | Capsule)
+        touched = np.array([shape_bounds(*placed) for placed in pull.shapes])
+        low, high = touched[:, 0].min(axis=0), touched[:, 1].max(axis=0)
+        assert (high - low <= np.ptp(cloud, axis=0) + 0.0015).all(), kind
         assert 0.002 < (min(shape.size) if isinstance(shape, Box) else 2 * shape.radius) <= 0.08
 
 
@@ -222,6 +227,47 @@ def test_the_pointer_of_a_knob_follows_the_scale_that_is_printed_round_it() -> N
     assert shown @ printed / np.linalg.norm(shown) / np.linalg.norm(printed) > 0.99
 
 
+@pytest.mark.content("family", "kettle", keep=0)
+def test_a_kettle_is_hollow_as_wide_as_its_mouth() -> None:
+    for name in ("jug_steel", "retro_cream", "glass"):
+        asset = preset("kettle", name)
+        lid = next(c.shape for c in asset.link("lid").colliders if c.name == "lid_main")
+        assert isinstance(lid, Cylinder)
+        inside = next(r for r in asset.regions if r.name == "int")
+        assert 0.9 < inside.size[0] / (2 * lid.radius) < 1.0, name
+
+
+# What is worked by hand -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.content("family", "sink", keep=0)
+def test_water_is_cold_until_the_left_lever_is_turned_to_the_cook(tmp_path: Path) -> None:
+    model = spec_of(preset("sink", "steel_single"), tmp_path).compile()
+    data, behaviors = mujoco.MjData(model), casa.Behaviors(model)
+    assert behaviors.reset(data)["object"]["temperature"] == "cold"
+    for angle, towards_cook, water in ((0.6, True, "hot"), (-0.6, False, "cold")):
+        joint = data.joint("handle_temp_joint")
+        joint.qpos = angle
+        mujoco.mj_forward(model, data)
+        assert bool(data.geom("handle_temp_main").xpos[1] < joint.xanchor[1]) is towards_cook
+        data.time += 0.1
+        assert behaviors.update(data)["object"]["temperature"] == water
+
+
+@pytest.mark.content("family", "door", keep=0)
+@pytest.mark.parametrize("name", ["four_panel", "french"])
+def test_a_lever_of_a_door_comes_back_to_level(name: str, tmp_path: Path) -> None:
+    asset = preset("door", name)
+    model = spec_of(asset, tmp_path).compile()
+    data = mujoco.MjData(model)
+    levers = [j for j in asset.joints if "lever" in j.name]
+    for lever in levers:
+        data.joint(lever.name).qpos = max(lever.range, key=abs)
+    mujoco.mj_step(model, data, nstep=int(1.0 / model.opt.timestep))
+    assert levers
+    assert [data.joint(lever.name).qpos[0] for lever in levers] == pytest.approx([0.0] * len(levers), abs=0.02)
+
+
 # What is put out and hung up ------------------------------------------------------------------------------------------
 
 
@@ -231,6 +277,11 @@ def test_a_dish_rack_has_room_for_a_bowl_and_holds_the_plates_it_is_given() -> N
         assert sum(c.name.startswith("plate_") for c in asset.root.colliders) == plates
         room = next(r for r in asset.regions if r.name == "int_dishes")
         assert plates or (min(room.size[:2]) >= 0.09 and room.size[2] > 0.0999)
+
+
+def test_a_vase_of_wood_weighs_less_than_one_of_ceramic() -> None:
+    mass = {clay: made("vase", Vase(bunch=Bouquet.NONE, clay=clay)).mass for clay in ("oak_natural", "ceramic_white")}
+    assert mass["oak_natural"] < 0.5 * mass["ceramic_white"]
 
 
 def test_tools_hang_apart_in_front_of_the_wall() -> None:

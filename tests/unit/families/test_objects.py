@@ -198,6 +198,23 @@ def test_portions_lie_on_the_ground_and_say_what_they_are_and_a_whole_thing_does
         Produce(profile=((0, 0), (1, 0.3), (1, 0.7), (0, 1)), length=0.1, width=0.1, skin="x", portion=Portion.HALF)
 
 
+@pytest.mark.content("object", "watermelon", keep=1)
+@pytest.mark.content("object", "mango")
+def test_a_stalk_grows_out_of_a_fruit_that_lies() -> None:
+    for name in ("watermelon", "mango"):
+        points = {v.label: v.mesh.vertices for v in member(name, 0).root.visuals}
+        gaps = np.linalg.norm(points["stem"][:, None] - points["body"], axis=2)
+        assert gaps.min() < 0.005, name
+        assert points["body"][:, 2].min() < 0.001, "the fruit itself lies on the ground"
+
+
+@pytest.mark.content("object", "cereal", keep=1)
+def test_an_open_carton_is_as_full_as_a_closed_one() -> None:
+    carton, params = object_family("cereal"), params_of("cereal", 0)
+    closed, opened = (carton.build(p, supplies("cereal", p)) for p in (params.replace(opens=o) for o in (False, True)))
+    assert opened.mass == pytest.approx(closed.mass, rel=0.05)
+
+
 def test_a_half_that_lies_on_its_side_rolls_to_where_its_mass_is_lowest() -> None:
     tilt = np.linspace(-np.pi / 2, np.pi / 2, 41)
     ball = turned(0.04 * np.column_stack([np.cos(tilt) * (np.abs(tilt) < 1.57), np.sin(tilt)]), 60)

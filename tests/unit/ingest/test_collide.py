@@ -357,6 +357,8 @@ def test_a_turned_foot_gets_a_turned_box() -> None:
     _, box = on_flat_foot([hull(corners)], None)
     assert isinstance(box.shape, Box)
     assert sorted(box.shape.size) == pytest.approx([FOOT_M, 0.04, 0.2], rel=1e-3)
+    around = np.array([corners.min(axis=0), corners.max(axis=0)])
+    np.testing.assert_allclose(shape_bounds(box.shape, box.pose)[:, :2], around[:, :2], atol=1e-4)
 
 
 def test_what_has_no_flat_foot_stays_as_it_is(subtests: pytest.Subtests) -> None:

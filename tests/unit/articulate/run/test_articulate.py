@@ -416,6 +416,8 @@ def test_kind_range_and_carrier_are_changed(mesh: Path) -> None:
     assert door.range == pytest.approx((0.0, 0.2))
     assert knob.range[1] == pytest.approx(math.radians(270), abs=1e-5)
     assert built.asset.link("knob_0").parent == "door_0"
+    x, _, z = built.asset.asset_from_link("knob_0").position
+    assert (x, z) == pytest.approx((0.19, 0.07), abs=0.01), "it stays where it is"
 
 
 def test_a_mesh_is_rejected_by_a_person_or_where_decisions_do_not_fit_it_or_name_nothing(mesh: Path) -> None:

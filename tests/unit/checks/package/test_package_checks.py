@@ -71,6 +71,8 @@ TAMPERED = [
     ("MJC005", grill, "model.xml", 'text name="contract" data="microwave"', 'text name="contract" data="oven"'),
     ("MJC006", ball, "scene.xml", 'pos="0 0 -10"', 'pos="0 0 -500"'),
     ("MJC006", ball, "scene.xml", 'integrator="implicitfast"', 'integrator="implicitfast" gravity="5 0 -9.81"'),
+    # It still rolls 3 cm in 2 s.
+    ("MJC006", ball, "scene.xml", 'integrator="implicitfast"', 'integrator="implicitfast" gravity="0.02 0 -9.81"'),
     ("MJC008", ball, "scene.xml", 'margin="0.00001"', 'margin="0.00001" solref="0.4 1" solimp="0.1 0.1 0.01"'),
 ]  # fmt: skip
 
