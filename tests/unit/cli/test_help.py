@@ -14,6 +14,7 @@ from typing import Any
 
 import typer
 
+import casa_assets as casa
 from casa_assets import registry
 from casa_assets.cli import options
 from casa_assets.cli.group import help_text
@@ -113,3 +114,8 @@ def test_a_shell_is_offered_names() -> None:
     assert complete("families", "show", "microwave", "--preset", "ste") == ["steel"]
     assert complete("categories", "show", "mug") == ["mug"]
     assert complete("textures", "make", "brick_red_r") == ["brick_red_running"]
+
+
+def test_the_package_runs_as_the_command() -> None:
+    told = subprocess.check_output([sys.executable, "-m", "casa_assets", "--version"], text=True)
+    assert told == f"casa-assets {casa.__version__}\n"
