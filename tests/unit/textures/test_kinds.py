@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from casa_assets.kitchenware.textures import covering, laid, wall_panels
+from casa_assets.kitchenware.textures import covering, food, laid, wall_panels
 from casa_assets.kitchenware.textures.covering import PaperRepeat
 from casa_assets.kitchenware.textures.floors import Encaustic
 from casa_assets.kitchenware.textures.fronts import PaintCoat, PaintedFront
@@ -158,6 +158,16 @@ def test_repeats_of_paper_are_as_large_as_stated_and_close() -> None:
         np.testing.assert_allclose(light[:128, :128], light[128:, 128:], atol=0.45)
         assert seam(light).worst < 2.0
         assert 0.02 < float(1 - light.mean()) < 0.8, repeat
+
+
+def test_clouds_of_a_cut_face_are_as_large_as_stated() -> None:
+    """What is lighter at a place says little of one that is 8 mm away, where clouds are 4 mm large."""
+    flesh = food.Section(colors=("#808080",), mottle=1.0, mottle_mm=4.0, wander=0.0)
+    light = painted(flesh, "r", Canvas((200, 200), (0.1, 0.1))).albedo[..., 0]
+    light = light - light.mean()
+    alike = [float((light * np.roll(light, shift, axis=1)).mean() / (light * light).mean()) for shift in (1, 16)]
+    assert alike[0] > 0.7
+    assert abs(alike[1]) < 0.35
 
 
 SIZE = (120, 240)

@@ -72,6 +72,9 @@ def test_place_on_a_piece_is_true_to_size_and_a_level_one_has_its_length_along_x
     assert np.ptp(pieces.v_m[one]) == pytest.approx(0.2, abs=2 * canvas.pixel_m)
     assert np.ptp(pieces.u_m[one]) == pytest.approx(0.1, abs=2 * canvas.pixel_m)
     assert pieces.inside_m[one].max() == pytest.approx(0.05, abs=canvas.pixel_m)
+    slanting, canvas = laid("chevron")
+    for number in range(slanting.count):
+        assert np.ptp(slanting.u_m[slanting.owner == number]) == pytest.approx(0.1, abs=3 * canvas.pixel_m), "across it"
     level = np.argwhere(laid("stacked")[0].owner == 0)
     assert np.ptp(level[:, 1]) > np.ptp(level[:, 0])
 
