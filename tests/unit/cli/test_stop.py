@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import subprocess
+import sys
 import time
 from contextlib import suppress
 from pathlib import Path
@@ -121,6 +122,15 @@ def test_nothing_is_left_of_a_program_that_is_killed(places: dict[str, Path]) ->
     while left_of(places["mark"]):
         assert time.monotonic() - begin < SOON_S
         time.sleep(0.02)
+
+
+def test_nothing_is_left_that_lost_its_parent_meanwhile(tmp_path: Path) -> None:
+    """A shell that ends at once leaves a process behind, which the command ends with itself."""
+    note, code = tmp_path / "note", "import subprocess, sys; from casa_assets.cli.main import supervised; "
+    code += "sys.exit(supervised(lambda: subprocess.call(['sh', '-c', f'sleep 600 & echo $! > {sys.argv[1]}']), print))"
+    subprocess.run([sys.executable, "-c", code, note], stdin=subprocess.DEVNULL, timeout=60, check=True)
+    left = Path(f"/proc/{note.read_text().strip()}/stat")
+    assert not left.exists() or left.read_text().rpartition(")")[2].split()[0] == "Z"
 
 
 @pytest.mark.representatives(1)

@@ -38,6 +38,14 @@ def test_a_starter_shows_its_commands_and_is_not_written_over(tmp_path: Path) ->
     assert not (starter / "limits.yaml").exists()
 
 
+def test_an_option_may_be_switched_off(tmp_path: Path) -> None:
+    runs = "  - families build: {names: [hob], library: out/library, pictures: false, all: true}\n"
+    (tmp_path / "casa.yaml").write_text(f"name: ours\nruns:\n{runs}", encoding="utf-8")
+    done = casa("make", "--dry-run", "--json", folder=tmp_path)
+    command = json.loads(done.stdout)["id"]
+    assert command == "casa-assets families build --library=out/library --no-pictures --all -- hob"
+
+
 WALLS = "  - textures make: {names: [stucco_white], out: out/walls, width-px: 64}\n"
 
 

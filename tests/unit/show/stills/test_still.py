@@ -57,6 +57,20 @@ def test_something_is_seen_in_the_middle_and_fills_the_frame(make: Callable[[], 
     assert spans.sum(axis=1) == pytest.approx([1.0, 1.0], abs=0.04)
 
 
+def test_only_one_picture_of_a_strip_has_the_colours_of_its_parts(tmp_path: Path) -> None:
+    """The asset is grey, so that nothing but the paint of its parts has a colour."""
+    grey = tuple(Material(id=m.id, base_color=(0.5, 0.5, 0.5, 1.0)) for m in drawer_unit().materials)
+    asset = drawer_unit().replace(materials=grey)
+    moving = [still.MovingJoint(joint.name, joint.name, "") for joint in asset.joints[:1]]
+    strip = still.joint_strip(write_to(mjcf.write(asset), tmp_path) / "model.xml", moving, "drawers")
+    seen = outline(strip)
+    colored = {
+        name: int(seen[y : y + still.CELL_PX, x : x + still.CELL_PX].sum())
+        for name, (x, y) in still.strip_corners(moving).items()
+    }
+    assert [name for name, count in colored.items() if count > 200] == ["parts"], colored
+
+
 def test_the_front_is_seen_which_faces_minus_y(tmp_path: Path) -> None:
     # A board, red where it faces -y and blue behind: mostly red is seen.
     model = tmp_path / "model.xml"
