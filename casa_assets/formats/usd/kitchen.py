@@ -29,6 +29,7 @@ from casa_assets.model.kitchen.scene import (
     own_pose,
 )
 from casa_assets.model.pose import Pose
+from casa_assets.model.record import Vec3
 
 # /World                         kind assembly; variant sets pose (start, closed, open), room, ceiling (shown, hidden)
 #   /physicsScene /ambientLight
@@ -228,7 +229,11 @@ def _light(stage: Usd.Stage, path: Sdf.Path, light: Light) -> None:
         cone = {"inputs:shaping:cone:angle": light.cone_deg, "inputs:shaping:cone:softness": light.softness}
         put(prim, cone, "ShapingAPI")
     put(prim, values, "ShadowAPI")
-    # Lights shine along -z: z is turned away from where they shine to.
-    length = math.hypot(*light.direction)
-    x, y, z = (-d / length for d in light.direction)
-    shapes.place(prim, Pose(position=light.position, quaternion=arc_from_z((x, y, z))))
+    shapes.place(prim, pose_looking_along(light.direction).replace(position=light.position))
+
+
+def pose_looking_along(direction: Vec3) -> Pose:
+    """Rotation by the shortest arc from -z, along which lights shine, to a direction."""
+    length = math.hypot(*direction)
+    x, y, z = (-d / length for d in direction)
+    return Pose(quaternion=arc_from_z((x, y, z)))

@@ -14,10 +14,10 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from pxr import Sdf, Usd, UsdGeom, UsdLux, UsdPhysics, UsdShade
 
-from casa_assets.core.numeric import arc_from_z, principal_axes
+from casa_assets.core.numeric import principal_axes
 from casa_assets.formats.usd import document, isaac_lab
 from casa_assets.formats.usd.document import axis_and_rotation, float32_moments
-from casa_assets.formats.usd.kitchen import REFERENCE_M, write
+from casa_assets.formats.usd.kitchen import REFERENCE_M, pose_looking_along, write
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.asset.parts import joint_positions
 from casa_assets.model.pose import Pose
@@ -133,11 +133,11 @@ def test_a_mesh_is_written_as_it_is_and_textures_feed_its_surface() -> None:
 @given(direction=DIRECTIONS)
 @example(direction=(0.0, 0.0, 2.0))
 @example(direction=(0.0, 0.0, -2.0))
-def test_any_direction_of_a_joint_and_an_arc(direction: tuple[float, float, float]) -> None:
+def test_any_direction_of_a_joint_and_of_a_light(direction: tuple[float, float, float]) -> None:
     x, y, z = (n / math.hypot(*direction) for n in direction)
     token, rotation = axis_and_rotation((x, y, z))
     assert Pose(quaternion=rotation).rotation @ np.array(AXES[token]) == pytest.approx((x, y, z), abs=1e-9)
-    assert Pose(quaternion=arc_from_z((x, y, z))).rotation[:, 2] == pytest.approx((x, y, z), abs=1e-5)
+    assert -pose_looking_along(direction).rotation[:, 2] == pytest.approx((x, y, z), abs=1e-5)
 
 
 def test_bodies_lie_below_those_that_carry_them(folder: Path, tmp_path: Path) -> None:
