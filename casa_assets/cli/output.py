@@ -1,4 +1,4 @@
-"""How commands print: results, rows of JSON, tables, progress bars; words of strangers are made safe for a terminal."""
+"""How commands print: results, rows of JSON, tables, progress bars; texts out of files are made safe for a terminal."""
 
 from __future__ import annotations
 
