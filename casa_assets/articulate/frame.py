@@ -103,6 +103,8 @@ ASKEW_UP = 0.02
 FRAME_IMAGE_PX = 256
 # Weight of the log odds by appearance, where the parts are scored too. Ref: as WEIGHTS.
 APPEARANCE_WEIGHT = 0.605
+# Frames that are followed to plans.
+MAX_FRAMES = 3
 # Most candidates that are scored by their parts.
 MAX_SCORED = 6
 # Candidates whose log odds are this far below those of the best one are not scored by their parts.
@@ -337,7 +339,18 @@ def _frame_with_axes(mesh: WeldedMesh, rotation: Floats, reason: str) -> Frame:
 def guess_frame(
     mesh: WeldedMesh, up: Sequence[float] | None = None, front: Sequence[float] | None = None, stated: int | None = None
 ) -> Frame:
-    """Return the likeliest frame of an object, which may be rotated freely in its file.
+    """Return the likeliest frame of an object; arguments as for `likely_frames`."""
+    return likely_frames(mesh, up, front, stated)[0]
+
+
+def likely_frames(
+    mesh: WeldedMesh,
+    up: Sequence[float] | None = None,
+    front: Sequence[float] | None = None,
+    stated: int | None = None,
+    most: int = MAX_FRAMES,
+) -> list[Frame]:
+    """Return the likeliest frames of an object, which may be rotated freely in its file, the likeliest first.
 
     Args:
         mesh: file axes and units.
@@ -356,13 +369,15 @@ def guess_frame(
     log_prior = {(f, t): float(np.log(_prior(outward[t], stated))) for f, t in allowed}
     probabilities = candidate_probabilities(ways[0], log_prior, ways[1:])
     ranked = sorted(probabilities, key=lambda k: (-round(probabilities[k], 9), k))
-    face, top = ranked[0]
-    y, z = -outward[face], outward[top]
     reason = GUESSED_REASON if up is None or front is None else "given"
-    others = [(axis_name(outward[f]), axis_name(outward[t])) for f, t in ranked[1:3]]
-    return _frame_with_axes(mesh, np.stack([np.cross(y, z), y, z]), reason).replace(
-        confidence=round(probabilities[ranked[0]], 3), runner_up="; ".join(f"front {a}, up {b}" for a, b in others)
-    )
+    out = []
+    for face, top in ranked[:most]:
+        y, z = -outward[face], outward[top]
+        others = [(axis_name(outward[f]), axis_name(outward[t])) for f, t in ranked[:3] if (f, t) != (face, top)]
+        frame = _frame_with_axes(mesh, np.stack([np.cross(y, z), y, z]), reason)
+        told = "; ".join(f"front {a}, up {b}" for a, b in others[:2])
+        out.append(frame.replace(confidence=round(probabilities[face, top], 3), runner_up=told))
+    return out
 
 
 def candidate_probabilities(

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping, Sequence
+from copy import copy
+from dataclasses import dataclass, field, replace
 from itertools import combinations
 
 import numpy as np
@@ -67,6 +68,7 @@ from casa_assets.articulate.plan import (
 from casa_assets.articulate.segment.fragments import (
     MeasuredFragments,
     WeldedMesh,
+    corners_from_side,
     measure_fragments,
     render_sides,
 )
@@ -98,6 +100,8 @@ MAX_BUTTON_TRAVEL = 0.004
 MIN_BREAD_SLOTS = 2
 # A front that is a drawer with this probability does not run sideways, whatever is beside it.
 SURE_DRAWER = 0.9
+# A kind that is less likely by its form is not tried. A choice.
+MIN_KIND_SHARE = 0.03
 # A round thing within this share of the middle of the top is its cap and no control.
 TOP_CENTRE_SHARE = 0.1
 # What a part counts for is its confidence less this, and a plan that is not the first has to be better by this much.
@@ -161,6 +165,10 @@ class PartCollector:
     taken: set[int] = field(default_factory=set)
     fronts: list[tuple[str, Panel, HingeEdge | None]] = field(default_factory=list)
 
+    def copied(self) -> PartCollector:
+        """Return a copy that parts can be added to."""
+        return replace(self, parts=list(self.parts), taken=set(self.taken), fronts=list(self.fronts))
+
     def add(
         self,
         kind: PartKind,
@@ -189,6 +197,23 @@ class PartCollector:
         return name
 
 
+@dataclass(frozen=True)
+class KindHypothesis:
+    """The moving parts of a mesh that is split in one way, if it is of one kind.
+
+    Attributes:
+        kind: id, empty where no kind is assumed. share: probability of that kind by its form; 1 where none is assumed.
+        spare_panels: area of the panels of its front that stay shut, by that of the front. spare_controls: number of
+            things that look like controls and are none.
+    """
+
+    articulation: Articulation
+    kind: str = ""
+    share: float = 1.0
+    spare_panels: float = 0.0
+    spare_controls: int = 0
+
+
 def articulate_fragments(
     measured: MeasuredFragments,
     frame: Frame,
@@ -196,7 +221,7 @@ def articulate_fragments(
     control_forest: Forest | None = None,
     known: KnownFronts = NO_FRONTS,
 ) -> Articulation:
-    """Find the moving parts of a mesh among its fragments.
+    """Find the moving parts of a mesh among its fragments, whatever its kind.
 
     Args:
         measured: the fragments, in the frame: z up, the front faces -y, a diagonal of 1, the middle at the origin.
@@ -204,21 +229,76 @@ def articulate_fragments(
         control_forest: distinguishes knobs from keys; None for a quick look, at each control alone.
         known: fragments that are fronts; they are not merged with others.
     """
+    return articulate_by_kind(measured, frame, category, control_forest, known, 0)[0].articulation
+
+
+def articulate_by_kind(
+    measured: MeasuredFragments,
+    frame: Frame,
+    category: str,
+    control_forest: Forest | None,
+    known: KnownFronts,
+    most_kinds: int,
+) -> list[KindHypothesis]:
+    """Find the moving parts under each of several assumptions on the kind; those that change nothing are left out.
+
+    Args:
+        most_kinds: number of likely kinds that are tried, after none; others as for `articulate_fragments`.
+    """
     collector = PartCollector(measured, known)
-    traits: dict[str, bool] = {}
-    if measured.count > 1 and not _add_all(collector, find_switch_parts(measured)):
-        seen = look_at_front(collector, control_forest)
-        loose_controls, top_controls = seen.controls, seen.top_controls
-        traits = _fronts(collector, seen, category)
-        if not collector.parts and _add_all(collector, find_faucet_parts(measured, collector.taken), gripped=False):
-            loose_controls, top_controls = [], []
-        _controls(collector, FRONT, loose_controls, seen.classify)
-        for _, panel, edge in list(collector.fronts):
-            for tray in find_inner_parts(measured, panel, edge, sorted(collector.taken)):
-                _tray(collector, panel, tray)
-        on_top = [c for c in top_controls if seen.classify_top(c, top_controls)[0] is PartKind.KNOB]
-        _lids(collector, on_top)
-        _controls(collector, TOP, top_controls, seen.classify_top)
+    if measured.count <= 1 or _add_all(collector, find_switch_parts(measured)):
+        return [KindHypothesis(_articulation(collector, frame, category, {}))]
+    seen = look_at_front(collector, control_forest)
+    chosen = select_opening_panels(measured, seen.panels, seen.controls, known)
+    views = view_fronts(measured, [p for p, _, _ in chosen], seen.panels, seen.controls)
+    traits = traits_of_views(measured, views, seen)
+    x, y, z = (float(v) for v in np.ptp(measured.mesh.points, axis=0))
+    odds = kind_log_odds(views)
+    shares = kinds_known((x, y, z), traits, odds, category)
+    likely = sorted(shares, key=lambda kind: (-round(shares[kind], 9), kind))[:most_kinds]
+    out: list[KindHypothesis] = []
+    decided: list[list[tuple[bool, HingeEdge | None]]] = []
+    for kind in ("", *(k for k in likely if shares[k] >= MIN_KIND_SHARE)):
+        kinds = kinds_known((x, y, z), traits, odds, kind) if kind else shares
+        ways = [_way_to_open(measured, view, panel, kinds) for view, (panel, _, _) in zip(views, chosen, strict=True)]
+        told = [(way.is_drawer, way.edge) for way in ways]
+        if told in decided:
+            continue
+        decided.append(told)
+        copied = collector.copied()
+        panels = {id(p): copy(p) for p in seen.panels}
+        look = replace(seen, panels=list(panels.values()))
+        fronts = [(panels[id(p)], sure, why) for p, sure, why in chosen]
+        _fronts(copied, look, fronts, ways, share_with_fronts(kinds))
+        _other_parts(copied, look)
+        found = _articulation(copied, frame, category, traits)
+        still = [p for p in look.panels if not copied.taken.intersection(p.members)]
+        area = sum(p.width * p.height for p in still) / max(x * z, 1e-12)
+        loose = sum(copied.taken.isdisjoint(c.fragments) for c in (*look.controls, *look.top_controls))
+        out.append(KindHypothesis(found, kind, shares[kind] if kind else 1.0, area, loose))
+    return out
+
+
+def _other_parts(collector: PartCollector, seen: FrontLook) -> None:
+    """Add what is no front: faucets, controls, what lies behind fronts, and lids."""
+    measured = collector.measured
+    loose_controls, top_controls = seen.controls, seen.top_controls
+    if not collector.parts and _add_all(collector, find_faucet_parts(measured, collector.taken), gripped=False):
+        loose_controls, top_controls = [], []
+    _controls(collector, FRONT, loose_controls, seen.classify)
+    for _, panel, edge in list(collector.fronts):
+        for tray in find_inner_parts(measured, panel, edge, sorted(collector.taken)):
+            _tray(collector, panel, tray)
+    on_top = [c for c in top_controls if seen.classify_top(c, top_controls)[0] is PartKind.KNOB]
+    _lids(collector, on_top)
+    _controls(collector, TOP, top_controls, seen.classify_top)
+
+
+def _articulation(
+    collector: PartCollector, frame: Frame, category: str, traits: Mapping[str, bool]
+) -> Articulation:
+    """Return what was found; nothing where the object is of unknown category and its walls are not flat."""
+    measured = collector.measured
     button = find_single_button(measured) if category and measured.count > 1 and not collector.parts else None
     if button is not None:
         middle, travel = (button.lower + button.upper) / 2, min(MAX_BUTTON_TRAVEL, 0.5 * button.protrusion)
@@ -343,42 +423,71 @@ def _levers(collector: PartCollector, levers: list[Lever]) -> None:
         collector.add(PartKind.LEVER, lever.control.fragments, lever.control.fragments, joint)
 
 
-def _fronts(collector: PartCollector, seen: FrontLook, category: str) -> dict[str, bool]:
-    """Add the doors and drawers among the panels, each with its joint; return the traits that their form shows."""
+@dataclass(frozen=True)
+class WayToOpen:
+    """How a front opens: as a drawer, to the side (`slides`: 1 right, -1 left), or about an edge; how sure, and why."""
+
+    is_drawer: bool
+    confidence: float
+    reason: str
+    slides: float | None = None
+    hinge: JointPlan | None = None
+
+    @property
+    def edge(self) -> HingeEdge | None:
+        """Return the edge that it is hinged at, if it is."""
+        return None if self.hinge is None else self.hinge.edge
+
+
+def _way_to_open(measured: MeasuredFragments, view: FrontView, panel: Panel, kinds: Mapping[str, float]) -> WayToOpen:
+    """Return how a front opens, given the probability of each kind."""
+    is_drawer, confidence, reason = choose_drawer(view, kinds)
+    is_sure = is_drawer and confidence >= SURE_DRAWER
+    slides = None if panel.box or is_sure else sliding_direction(measured, panel, view.handle)
+    is_drawer &= slides is None
+    hinged = None if is_drawer or slides is not None else choose_hinge(view, kinds)
+    return WayToOpen(is_drawer, confidence, reason, slides, hinged)
+
+
+def _fronts(
+    collector: PartCollector,
+    seen: FrontLook,
+    chosen: Sequence[tuple[Panel, float, str]],
+    ways: Sequence[WayToOpen],
+    share_of_kinds: float,
+) -> None:
+    """Add the doors and drawers among the panels, each with its joint.
+
+    Args:
+        share_of_kinds: probability that the object is of a kind that has fronts.
+    """
     measured = collector.measured
-    chosen = select_opening_panels(measured, seen.panels, seen.controls, collector.known)
-    views = view_fronts(measured, [p for p, _, _ in chosen], seen.panels, seen.controls)
-    traits = traits_of_views(measured, views, seen)
-    x, y, z = (float(v) for v in np.ptp(measured.mesh.points, axis=0))
-    kinds = kinds_known((x, y, z), traits, kind_log_odds(views), category)
-    for view, (panel, confidence, reason) in zip(views, chosen, strict=True):
-        if confidence <= DOUBTFUL and share_with_fronts(kinds) < 0.5:
+    lower, upper = corners_from_side(measured, FRONT)
+    depth_of_all = float(upper[:, 2].max() - lower[:, 2].min())
+    for way, (panel, confidence, reason) in zip(ways, chosen, strict=True):
+        if confidence <= DOUBTFUL and share_of_kinds < 0.5:
             continue
-        is_drawer, joint_confidence, joint_reason = choose_drawer(view, kinds)
-        is_sure = is_drawer and joint_confidence >= SURE_DRAWER
-        slide_sign = None if panel.box or is_sure else sliding_direction(measured, panel, view.handle)
-        is_drawer &= slide_sign is None
         grip_fragments = sorted(f for g in panel.grips for f in g)
         middle = _point(FRONT, (panel.lower + panel.upper) / 2)
-        if is_drawer:
+        if way.is_drawer:
             if not panel.box:
                 others = {f for p in seen.panels if p is not panel for f in p.everything}
                 panel.box = find_box_boards(measured, panel, collector.taken | others)
             depth = float(measured.upper[panel.everything, 1].max() - panel.lower[2])
-            travel = DRAWER_TRAVEL_SHARE * depth if depth > 0.15 * view.extent[2] else 0.7 * view.extent[2]
-            joint = slide(_unit_vec3(-SIDES[FRONT][2]), middle, float(travel), joint_confidence, joint_reason)
-        elif slide_sign is not None:
+            travel = DRAWER_TRAVEL_SHARE * depth if depth > 0.15 * depth_of_all else 0.7 * depth_of_all
+            joint = slide(_unit_vec3(-SIDES[FRONT][2]), middle, float(travel), way.confidence, way.reason)
+        elif way.slides is not None:
             panel.box = []
-            axis = _unit_vec3(slide_sign * SIDES[FRONT][0])
+            axis = _unit_vec3(way.slides * SIDES[FRONT][0])
             joint = slide(axis, middle, 0.95 * panel.width, 0.6, "its niche goes on beside it")
         else:
             panel.box = []
-            joint = choose_hinge(view, kinds)
-        sure = confidence * joint_confidence, reason
-        kind = PartKind.DRAWER if is_drawer else PartKind.DOOR
+            assert way.hinge is not None
+            joint = way.hinge
+        sure = confidence * way.confidence, reason
+        kind = PartKind.DRAWER if way.is_drawer else PartKind.DOOR
         name = collector.add(kind, panel.everything, grip_fragments, joint, sure=sure)
         collector.fronts.append((name, panel, joint.edge))
-    return traits
 
 
 def _controls(collector: PartCollector, side: int, controls: list[Control], classify: ControlClassifier) -> None:

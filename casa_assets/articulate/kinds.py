@@ -185,7 +185,7 @@ def kind_by_parts(extent: Extent, articulation: Articulation) -> tuple[str, floa
     """Return the likeliest category by proportions and moving parts, and a confidence that is never high."""
     if not articulation.parts:
         return "", 0.0
-    shares = kind_shares(extent, _traits(articulation))
+    shares = kind_shares(extent, traits_of_parts(articulation))
     best = max(shares, key=lambda kind: round(shares[kind], 9))
     return best, round(MAX_CONFIDENCE * shares[best], 3)
 
@@ -221,7 +221,7 @@ def kinds_known(extent: Extent, has: Mapping[str, bool], fronts: Mapping[str, fl
     return shares
 
 
-def _traits(articulation: Articulation) -> dict[str, bool]:
+def traits_of_parts(articulation: Articulation) -> dict[str, bool]:
     """Return which traits of KIND_TRAITS an object has."""
     parts = articulation.parts
     doors = [p for p in parts if p.kind is PartKind.DOOR]

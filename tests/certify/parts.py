@@ -58,13 +58,6 @@ def _pytest(marks: str, *words: str, by: str = "worksteal") -> tuple[str, ...]:
     return (sys.executable, "-m", "pytest", "-n", "auto", "--dist", by, "-q", *durations, "-m", marks, *words)
 
 
-def _others_than(*names: str) -> list[str]:
-    """Folders and files of tests/unit without some, as arguments of pytest."""
-    places = sorted((ROOT / "tests" / "unit").iterdir())
-    wanted = (p for p in places if p.name not in names and (p.is_dir() or p.name.startswith("test_")))
-    return [f"tests/unit/{place.name}" for place in wanted if place.name != "__pycache__"]
-
-
 def _on_sid() -> tuple[tuple[str, ...], ...]:
     tool, folder = str(SHARED / "tools" / "fresh_root.sh"), str(OUT / "sid")
     script = (
@@ -88,14 +81,9 @@ def parts() -> list[Part]:
             (record,),
         ),
         Part(
-            "layouts",
-            "further rows and longer runs of the tests of `layouts`",
-            (_pytest(OF_A_RELEASE, "tests/unit/layouts", by="loadfile"),),
-        ),
-        Part(
             "package",
-            "the same of the other packages",
-            (_pytest(OF_A_RELEASE, *_others_than("layouts"), by="loadfile"),),
+            "further rows and longer runs of the tests of the package",
+            (_pytest(OF_A_RELEASE, "tests/unit", by="loadfile"),),
         ),
         Part(
             "hostile",

@@ -265,6 +265,8 @@ def _with_small_ones_joined(mesh: WeldedMesh, pieces: Ints, sheets: FlatSheets) 
 
     A piece that is a sheet with a hole is part of the body, and joins nothing.
     """
+    # Pieces of faces that are written twice leave numbers that no face has.
+    pieces = np.unique(pieces, return_inverse=True)[1].reshape(-1)
     lower, upper = corners_of_labels(mesh, pieces)
     small = (upper - lower).max(axis=1) <= SMALL_PIECE * mesh.diagonal
     left, right = (pieces[faces] for faces in mesh.solid_neighbors)

@@ -1,0 +1,1 @@
+"""Readers of files that state joints: URDF, SDF, MJCF and USD."""

@@ -1,0 +1,261 @@
+"""Learn which plan of a mesh is right: a forest on each part, and one on the plan; sources are left out in turn.
+
+    ./dev bench train_plans --cases FOLDER ... [--variant input fused] --keep FOLDER [--every 4] [--write]
+
+Each FOLDER holds labelled cases, as `./dev bench articulate --cases` takes them, with an index whose rows name a source.
+All plans of all cases are followed, measured, and scored against the truth; `--keep` stores that and takes what is
+stored there. Printed are F1 and MAO of the plan that the rule before chose, of the plan that the forests choose for
+sources that they have not seen, and of the best plan of each case, which no choice can beat; then reliability tables.
+`--write` writes registry/learned/plan_parts.json and plans.json. Needs scikit-learn, which nothing else here does.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import multiprocessing
+import os
+import pickle
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from sklearn.ensemble import ExtraTreesClassifier
+
+from benchmarks.articulate.confidence import table
+from benchmarks.articulate.labelled import read_obj
+from benchmarks.articulate.outside.cases import read_truth
+from benchmarks.articulate.outside.metrics import CaseScore, compare, face_labels, totals
+from benchmarks.articulate.score import prediction
+from benchmarks.train.controls import write_forest
+from casa_assets.articulate.frame import likely_frames
+from casa_assets.articulate.run.build import load_models
+from casa_assets.articulate.search.plan_features import (
+    PART_FEATURES,
+    PLAN_FEATURES,
+    PlanMeasures,
+    measure_plans,
+    whole_features,
+)
+from casa_assets.articulate.search.plans import follow_plans
+from casa_assets.articulate.segment.fragments import weld_triangles
+
+Floats = npt.NDArray[np.float64]
+PART_TREES = {"n_estimators": 60, "max_leaf_nodes": 220, "min_samples_leaf": 6, "max_features": 0.4, "random_state": 7}
+PLAN_TREES = {"n_estimators": 60, "max_leaf_nodes": 160, "min_samples_leaf": 8, "max_features": 0.4, "random_state": 9}
+# Sources are left out in so many groups.
+FOLDS = 8
+# What a plan of a case weighs together.
+CASE_WEIGHT = 1.0
+
+
+@dataclass
+class PlanRow:
+    """One plan of a case: what was measured, how right each part is, its score, and what the rule before said."""
+
+    measures: PlanMeasures
+    right: Floats
+    score: CaseScore
+    rule: float
+    rank: int
+
+
+@dataclass
+class CaseRows:
+    """All plans of one variant of a case."""
+
+    name: str
+    source: str
+    variant: str
+    plans: list[PlanRow]
+
+
+def quality(score: CaseScore) -> float:
+    """Return how good a plan is, 0..1: the mean of F1 by surface and F1 by all that is right; 1 where both are none."""
+    total = score.truth + score.predicted
+    if not total:
+        return 1.0
+    found, right = (sum(bool(p[key]) for p in score.parts) for key in ("found", "right"))
+    return (2 * found / total + 2 * right / total) / 2
+
+
+def case_rows(job: tuple[Path, str, str, str, Path]) -> CaseRows:
+    """Follow one case to all its plans, or take what is stored."""
+    root, name, source, variant, keep = job
+    stored = keep / f"{zlib.crc32(str(root).encode()):08x}" / variant / f"{name}.pickle"
+    if stored.is_file():
+        return pickle.loads(stored.read_bytes())  # noqa: S301  what this script has written
+    truth = read_truth(root / name)
+    points, faces = read_obj(root / name / f"{variant}.obj")
+    label = face_labels(truth, variant, len(faces))
+    mesh = weld_triangles(points, faces)
+    frames = likely_frames(mesh)
+    plans = follow_plans(mesh, frames, "", load_models())
+    rows = []
+    for plan, measures in zip(plans, measure_plans(plans), strict=True):
+        score = compare(truth, points, faces, label, prediction(plan.articulation))
+        by_name = {p["predicted"]: p for p in score.parts if p["found"]}
+        right = [float(by_name[p.name]["right"]) if p.name in by_name else 0.0 for p in plan.articulation.parts]
+        rule = sum(p.confidence - 0.3 for p in plan.articulation.parts)
+        rank = next(k for k, f in enumerate(frames) if f is plan.frame)
+        rows.append(PlanRow(measures, np.array(right), score, rule, rank))
+    found = CaseRows(name, source, variant, rows)
+    stored.parent.mkdir(parents=True, exist_ok=True)
+    partial = stored.with_suffix(f".{os.getpid()}")
+    partial.write_bytes(pickle.dumps(found))
+    partial.replace(stored)
+    return found
+
+
+def fit_parts(cases: Sequence[CaseRows]) -> ExtraTreesClassifier:
+    """Fit whether a part is right: surface, joint and direction."""
+    rows = np.concatenate([p.measures.parts for c in cases for p in c.plans])
+    right = np.concatenate([p.right for c in cases for p in c.plans])
+    # All plans of a case weigh as much together, however many they are, and each plan's parts no more than their root.
+    weight = np.concatenate(
+        [np.full(len(p.right), 1.0 / (len(c.plans) * max(len(p.right), 1) ** 0.5)) for c in cases for p in c.plans]
+    )
+    return ExtraTreesClassifier(**PART_TREES, n_jobs=2).fit(rows, right > 0.5, sample_weight=weight)
+
+
+def chances(forest: ExtraTreesClassifier, plans: Sequence[PlanRow]) -> list[Floats]:
+    """Return the probability of each part of some plans."""
+    counts = np.cumsum([0, *(len(p.right) for p in plans)])
+    if not counts[-1]:
+        return [np.zeros(0) for _ in plans]
+    told = forest.predict_proba(np.concatenate([p.measures.parts for p in plans]))[:, 1]
+    return [told[a:b] for a, b in zip(counts, counts[1:], strict=False)]
+
+
+def fit_plans(cases: Sequence[CaseRows], told: Sequence[Sequence[Floats]]) -> ExtraTreesClassifier:
+    """Fit how good a plan is, from its features and the probabilities of its parts."""
+    rows = np.array(
+        [whole_features(p.measures, t) for c, ts in zip(cases, told, strict=True) for p, t in zip(c.plans, ts, strict=True)]
+    )
+    good = np.array([quality(p.score) for c in cases for p in c.plans])
+    weight = np.concatenate([np.full(len(c.plans), CASE_WEIGHT / len(c.plans)) for c in cases])
+    both = np.concatenate([weight * good, weight * (1.0 - good)])
+    target = np.repeat([True, False], len(rows))
+    return ExtraTreesClassifier(**PLAN_TREES, n_jobs=2).fit(np.tile(rows, (2, 1)), target, sample_weight=both)
+
+
+def folds(cases: Sequence[CaseRows]) -> list[list[str]]:
+    """Divide the sources into groups of about as many cases."""
+    count: dict[str, int] = {}
+    for c in cases:
+        count[c.source] = count.get(c.source, 0) + 1
+    groups: list[list[str]] = [[] for _ in range(FOLDS)]
+    sizes = [0] * FOLDS
+    for source in sorted(count, key=lambda s: (-count[s], s)):
+        k = int(np.argmin(sizes))
+        groups[k].append(source)
+        sizes[k] += count[source]
+    return [g for g in groups if g]
+
+
+def fit(cases: Sequence[CaseRows]) -> tuple[ExtraTreesClassifier, ExtraTreesClassifier]:
+    """Fit both forests; what the second reads of the first is told by forests without the source."""
+    told: dict[int, list[Floats]] = {}
+    for group in folds(cases):
+        inner = fit_parts([c for c in cases if c.source not in group])
+        told |= {id(c): chances(inner, c.plans) for c in cases if c.source in group}
+    return fit_parts(cases), fit_plans(cases, [told[id(c)] for c in cases])
+
+
+def scores_of(case: CaseRows, models: tuple[ExtraTreesClassifier, ExtraTreesClassifier]) -> Floats:
+    """Return how good the forests hold each plan to be."""
+    told = chances(models[0], case.plans)
+    rows = np.array([whole_features(p.measures, t) for p, t in zip(case.plans, told, strict=True)])
+    return np.asarray(models[1].predict_proba(rows)[:, 1])
+
+
+def by_rule(case: CaseRows) -> PlanRow:
+    """Return the plan of the likeliest frame, no kind assumed, that the rule before takes."""
+    first = [p for p in case.plans if p.rank == 0 and not p.measures.whole["assumes_kind"]] or case.plans
+    best = max(first, key=lambda p: round(p.rule, 9))
+    return best if best.rule > first[0].rule + (0.5 if len(first[0].right) else 0.25) else first[0]
+
+
+def main() -> None:
+    """Follow, fit, print."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--cases", type=Path, nargs="+", required=True)
+    parser.add_argument("--variant", nargs="+", default=["input"])
+    parser.add_argument("--keep", type=Path, required=True)
+    parser.add_argument("--every", type=int, default=1)
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--follow-only", action="store_true", help="Store the plans, and fit nothing.")
+    parser.add_argument("--write", action="store_true")
+    args = parser.parse_args()
+    cases = gathered(args)
+    if args.follow_only:
+        return
+    taken: dict[int, tuple[PlanRow, float]] = {}
+    for group in folds(cases):
+        models = fit([c for c in cases if c.source not in group])
+        for c in cases:
+            if c.source in group:
+                values = scores_of(c, models)
+                k = int(np.argmax(np.round(values, 9)))
+                taken[id(c)] = (c.plans[k], float(values[k]))
+    print(f"{'source':40s} {'variant':8s} cases   rule before   forests       best plan    F1/MAO")
+    groups = sorted({(c.source, c.variant) for c in cases})
+    for source, variant in [*groups, *(("", v) for v in args.variant)]:
+        rows = [c for c in cases if c.variant == variant and source in ("", c.source)]
+        cells = [
+            [by_rule(c).score for c in rows],
+            [taken[id(c)][0].score for c in rows],
+            [max(c.plans, key=lambda p: quality(p.score)).score for c in rows],
+        ]
+        figures = [totals(cell) for cell in cells]
+        text = "   ".join(f"{f['F1']:.3f}/{f['MAO']:.3f}" for f in figures)
+        print(f"{(source or 'all')[-40:]:40s} {variant:8s} {len(rows):5d}   {text}   right {figures[0]['perfect']:.2f} {figures[1]['perfect']:.2f} {figures[2]['perfect']:.2f}")
+    print(table("plan is right or has one fault", [(v, p.score.is_mostly_right) for p, v in taken.values() if p.score.predicted]))
+    print(table("plan is right", [(v, p.score.is_perfect) for p, v in taken.values() if p.score.predicted]))
+    if args.write:
+        parts, plans = fit(cases)
+        write_forest("plan_parts", parts, PART_FEATURES, ("wrong", "right"))
+        write_forest("plans", plans, PLAN_FEATURES, ("bad", "good"))
+
+
+def gathered(args: argparse.Namespace) -> list[CaseRows]:
+    """Follow all cases that are not stored."""
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
+    jobs = []
+    for folder in args.cases:
+        root = folder / "cases" if (folder / "cases").is_dir() else folder
+        index = json.loads((root / "index.json").read_text(encoding="utf-8"))["cases"]
+        for row in index[:: args.every]:
+            source = row.get("source")
+            told = str(source["repo"] if isinstance(source, dict) else source or root.parent.name)
+            jobs += [
+                (root, row["name"], told, variant, args.keep)
+                for variant in args.variant
+                if (root / row["name"] / f"{variant}.obj").exists()
+            ]
+    with multiprocessing.get_context("spawn").Pool(args.jobs, maxtasksperchild=40) as pool:
+        found = []
+        for k, rows in enumerate(pool.imap(follow_safely, jobs, chunksize=2), 1):
+            found += [] if rows is None or not rows.plans else [rows]
+            if k % 20 == 0:
+                print(f"{k} of {len(jobs)} followed", flush=True)
+    return found
+
+
+def follow_safely(job: tuple[Path, str, str, str, Path]) -> CaseRows | None:
+    """As `case_rows`; what goes wrong is printed, and the other cases go on."""
+    from benchmarks.train import plans  # the module by its name, so that what is stored can be read by others
+
+    try:
+        return plans.case_rows(job)
+    except Exception as error:  # noqa: BLE001
+        print(f"{job[1]} {job[3]}: {type(error).__name__}: {error}", flush=True)
+        return None
+
+
+if __name__ == "__main__":
+    main()
