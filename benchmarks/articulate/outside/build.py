@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import multiprocessing
+import re
 import shutil
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 from benchmarks.articulate.outside import sources
@@ -53,7 +55,7 @@ def build_one(job: tuple[sources.ObjectSource, Path, Path]) -> tuple[str, str]:
     """Build one case unless it is there; return its name and why it could not be built, or nothing."""
     one, folder, repository = job
     place = folder / ("sealed" if one.is_sealed else "looking") / "cases" / one.name
-    stamp = json.dumps([one.commit, one.file, one.root, dict(one.types), dict(one.pose)])
+    stamp = json.dumps([one.commit, one.file, one.root, dict(one.types), dict(one.pose), one.still, one.without])
     done = place / "stamp.json"
     if done.is_file() and done.read_text() == stamp:
         return one.name, ""
@@ -62,11 +64,15 @@ def build_one(job: tuple[sources.ObjectSource, Path, Path]) -> tuple[str, str]:
         path = repository / one.file
         if not path.is_file():
             raise Unreadable(f"'{one.file}' is missing")
-        model = READERS[path.suffix.lower()](path, repository, one.pose)
+        reader = READERS[path.suffix.lower()]
+        more = {"link": one.root, "complete": not one.incomplete} if reader is mjcf.read else {}
+        model = reader(path, repository, one.pose, **more)
         model = subtree(model, one.root) if one.root else model
+        links = {n: link for n, link in model.links.items() if not (one.without and re.search(one.without, n))}
+        model = replace(model, links=links)
         source = {"repo": one.repo, "commit": one.commit, "path": one.file, "root": one.root}
         about = {"category": one.kind, "origin": one.origin, "licence": one.licence, "source": source}
-        build_case(place, model, about, one.types)
+        build_case(place, model, about, one.types, one.still)
     except Exception as error:  # noqa: BLE001  whatever is wrong with one object of others, the rest are built
         shutil.rmtree(place, ignore_errors=True)
         return one.name, f"{type(error).__name__}: {error}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -48,21 +48,25 @@ class Part:
     is_scored: bool
 
 
-def build_case(folder: Path, model: Model, about_it: Mapping[str, Any], types: Mapping[str, str]) -> dict[str, Any]:
+def build_case(
+    folder: Path, model: Model, about_it: Mapping[str, Any], types: Mapping[str, str], still: str = ""
+) -> dict[str, Any]:
     """Write the case of an object; return its truth.
 
     Args:
         about_it: of the truth: `category`, `origin`, `source`, `licence`. types: regular expression of a name of a
             joint or link -> type of its part, `fixed` to weld it to its parent, `unscored` to leave it out.
+        still: regular expression of links that move in truth, though this copy of the object holds them still: nothing
+            that is found on them is counted.
     Raises:
         Unreadable: it has no moving part, or too many triangles.
     """
-    owner, parts = moving_parts(model, types)
+    owner, parts = moving_parts(model, types, still)
     pieces = [(owner[link.name], corners) for link in model.links.values() for corners in link.meshes if len(corners)]
     count = sum(len(c) for _, c in pieces)
     if count > MAX_FACES:
         raise Unreadable(f"{count} triangles; at most {MAX_FACES} are taken")
-    if not count or not parts:
+    if not count or not any(p.is_scored for p in parts):
         raise Unreadable("it has no moving part with a surface")
     points, faces, label = merged(pieces)
     corners = points[faces]
@@ -86,11 +90,11 @@ def build_case(folder: Path, model: Model, about_it: Mapping[str, Any], types: M
     extent = float(np.linalg.norm(np.ptp(corners.reshape(-1, 3), axis=0)))
     one, place = weld(points, WELDED * extent / max(float(np.ptp(points, axis=0).max()), 1e-12))
     write_obj(folder / "welded.obj", one, place[faces])
-    return seen.truth
+    return read_truth(folder)
 
 
-def moving_parts(model: Model, types: Mapping[str, str]) -> tuple[dict[str, int], list[Part]]:
-    """Return the number of the part that each link is of, 0 for the body, and the parts; `types`: as `build_case`."""
+def moving_parts(model: Model, types: Mapping[str, str], still: str = "") -> tuple[dict[str, int], list[Part]]:
+    """Return the number of the part that each link is of, 0 for the body, and the parts; arguments as of `build_case`."""
     owner: dict[str, int] = {}
     found: list[tuple[Link, str, int]] = []
     whole = np.concatenate([c for link in model.links.values() for c in link.meshes] or [np.zeros((1, 3, 3))])
@@ -98,7 +102,12 @@ def moving_parts(model: Model, types: Mapping[str, str]) -> tuple[dict[str, int]
     for link in model.links.values():
         carrier = owner.get(link.parent, 0)
         owner[link.name] = carrier
-        if link.joint is None or not _surface(model, link):
+        held = bool(still) and re.search(still, link.name) is not None
+        if (link.joint is None and not (held and link.parent)) or not _surface(model, link):
+            continue
+        if link.joint is None:
+            found.append((replace(link, joint=Joint("", "continuous", model.up, np.zeros(3), (0.0, 0.0))), "unscored", 0))
+            owner[link.name] = len(found)
             continue
         kind = _stated(types, link) or type_of(link, model, diagonal)
         if kind != "fixed":

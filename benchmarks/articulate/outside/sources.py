@@ -11,6 +11,8 @@ from typing import Any
 
 import yaml
 
+# Chosen before any object was scored, so that both halves are about as large and hold models of PartNet-Mobility.
+SALT = 248
 LIST = Path(__file__).with_name("sources.yaml")
 # What objects are made of; pictures are not needed, and larger files are none of an object's.
 SUFFIXES = frozenset(
@@ -24,7 +26,8 @@ class ObjectSource:
 
     Attributes:
         file: that states its joints. root: link that is its root, where the file holds more; empty for all.
-        types, pose: see `build_case` and `with_closed_pose`.
+        types, pose, still: see `build_case` and `with_closed_pose`. without: regular expression of links to leave out,
+            where the file holds several versions in one place. incomplete: some of its meshes are not published.
     """
 
     name: str
@@ -37,6 +40,9 @@ class ObjectSource:
     root: str = ""
     types: Mapping[str, str] = field(default_factory=dict)
     pose: Mapping[str, float] = field(default_factory=dict)
+    incomplete: bool = False
+    still: str = ""
+    without: str = ""
 
     @property
     def is_sealed(self) -> bool:
@@ -46,7 +52,7 @@ class ObjectSource:
 
 def is_sealed(origin: str) -> bool:
     """Return whether an origin is of the sealed half, which its name decides."""
-    return hashlib.sha256(f"sealed/{origin}".encode()).digest()[0] % 2 == 1
+    return hashlib.sha256(f"{SALT}/{origin}".encode()).digest()[0] % 2 == 1
 
 
 def objects() -> list[ObjectSource]:
@@ -59,7 +65,7 @@ def objects() -> list[ObjectSource]:
             stem = row.get("name") or "_".join([*PurePosixPath(row["file"]).with_suffix("").parts[-2:], row.get("root", "")])
             name = "".join(c if c.isalnum() else "_" for c in f"{origin['repo'].split('/')[0]}_{stem}").strip("_").lower()
             types = {**common, **row.get("types", {})}
-            more: dict[str, Any] = {key: row[key] for key in ("file", "kind", "root", "pose") if key in row}
+            more: dict[str, Any] = {key: row[key] for key in ("file", "kind", "root", "pose", "incomplete", "still", "without") if key in row}
             out.append(ObjectSource(name=name, types=types, **shared, **more))
     doubled = {o.name for o in out if sum(p.name == o.name for p in out) > 1}
     if doubled:
@@ -71,9 +77,12 @@ def checkout(repo: str, commit: str, folder: Path, mirror: Path | None) -> Path:
     """Return a folder with the files of a repository at a commit that objects may need, made where it is missing.
 
     Args:
-        folder: to make it in. mirror: folder of git directories `owner+name`, or of what holds one; None to clone.
+        folder: to make it in. mirror: folder of git directories `owner+name`, or of folders `owner+name.files`; None to clone.
     """
     place = folder / repo.replace("/", "+")
+    plain = None if mirror is None else mirror / f"{repo.replace('/', '+')}.files"
+    if plain is not None and plain.is_dir():
+        return plain
     done = place / ".commit"
     if done.is_file() and done.read_text() == commit:
         return place

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import re
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -26,12 +28,27 @@ HIDDEN_GROUP = 3
 _KINDS = {mujoco.mjtJoint.mjJNT_HINGE: "revolute", mujoco.mjtJoint.mjJNT_SLIDE: "prismatic"}
 
 
-def read(path: Path, root: Path, values: Mapping[str, float]) -> Model:  # noqa: ARG001  one signature for all readers
-    """Read an MJCF file; arguments and errors as of `urdf.read`."""
+def read(path: Path, root: Path, values: Mapping[str, float], link: str = "", complete: bool = True) -> Model:
+    """Read an MJCF file; arguments and errors as of `urdf.read`.
+
+    Args:
+        link: name of the body that is wanted. complete: refuse it if a mesh of it is missing.
+    """
+    del root
+    # Inertias are of no use here, and some files state them in two ways, which MuJoCo refuses.
+    plain = path.with_name(f"{path.stem}.{os.getpid()}.xml")
+    plain.write_text(re.sub(r"<inertial\b[^>]*/>", "", path.read_text(encoding="utf-8", errors="replace")))
     try:
-        spec = mujoco.MjSpec.from_file(str(path))
+        spec = mujoco.MjSpec.from_file(str(plain))
+        absent = {m.name for m in spec.meshes if not (path.parent / spec.meshdir / m.file).is_file()}
         for geom in spec.geoms:
             geom.material = ""
+            if geom.meshname in absent:
+                if complete and link in ("", *_names_up(geom.parent)):
+                    raise Unreadable(f"the mesh '{geom.meshname}' is missing")
+                spec.delete(geom)
+        for mesh in [m for m in spec.meshes if m.name in absent]:
+            spec.delete(mesh)
         for named in (*spec.materials, *spec.textures, *spec.keys, *spec.sensors, *spec.actuators):
             spec.delete(named)
         for mesh in spec.meshes:
@@ -42,6 +59,8 @@ def read(path: Path, root: Path, values: Mapping[str, float]) -> Model:  # noqa:
         model = spec.compile()
     except (ValueError, RuntimeError) as error:
         raise Unreadable(f"MuJoCo: {str(error).splitlines()[0]}") from error
+    finally:
+        plain.unlink()
     data = mujoco.MjData(model)
     data.qpos[:] = 0.0
     closed: dict[int, float] = {}
@@ -62,6 +81,15 @@ def read(path: Path, root: Path, values: Mapping[str, float]) -> Model:  # noqa:
         parent = "" if b == 0 else names[model.body_parentid[b]]
         links[names[b]] = Link(names[b], parent, _joint(model, data, b, closed), [m for m in meshes if len(m)])
     return Model(links)
+
+
+def _names_up(body: mujoco.MjsBody) -> list[str]:
+    """Return the names of a body and of all that carry it."""
+    names = []
+    while body is not None and body.name != "world":
+        names.append(body.name)
+        body = body.parent
+    return names
 
 
 def _shown(model: mujoco.MjModel) -> list[bool]:

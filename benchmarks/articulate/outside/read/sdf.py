@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import re
-import xml.etree.ElementTree as ET
 from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
+from lxml import etree
 
 from benchmarks.articulate.outside.model import (
     Model,
@@ -20,7 +19,7 @@ from benchmarks.articulate.outside.model import (
     transform,
     with_closed_pose,
 )
-from benchmarks.articulate.outside.read.urdf import ANY_REACH, find_file, numbers
+from benchmarks.articulate.outside.read.urdf import ANY_REACH, find_file, numbers, parsed
 from casa_assets.core.numeric import Floats
 from casa_assets.model.asset.parts import Box, Cylinder, Sphere
 
@@ -30,11 +29,7 @@ FAR = 1e3
 
 def read(path: Path, root: Path, values: Mapping[str, float]) -> Model:
     """Read the first model of an SDF file; arguments and errors as of `urdf.read`."""
-    try:
-        text = re.sub(r"<\?xml[^>]*\?>", "", path.read_text(encoding="utf-8", errors="replace"))
-        model = next(ET.fromstring(text).iter("model"), None)
-    except ET.ParseError as error:
-        raise Unreadable(f"no XML: {error}") from error
+    model = next(parsed(path).iter("model"), None)
     if model is None:
         raise Unreadable("it has no model")
     read_before: dict[tuple[Path, str], Floats] = {}
@@ -76,19 +71,19 @@ def read(path: Path, root: Path, values: Mapping[str, float]) -> Model:
     return Model(with_closed_pose(links, joints, values))
 
 
-def _of(pose: ET.Element | None) -> Floats:
+def _of(pose: etree._Element | None) -> Floats:
     values = numbers(None if pose is None else pose.text, 6)
     return transform(values[:3], roll_pitch_yaw(values[3:]))
 
 
-def _pose(link: ET.Element, elements: Mapping[str, ET.Element]) -> Floats:
+def _pose(link: etree._Element, elements: Mapping[str, etree._Element]) -> Floats:
     pose = link.find("pose")
     base = "" if pose is None else pose.get("relative_to", "")
     return (_pose(elements[base], elements) if base in elements else np.eye(4)) @ _of(pose)
 
 
 def _shapes(
-    link: ET.Element, tag: str, folder: Path, root: Path, known: dict[tuple[Path, str], Floats]
+    link: etree._Element, tag: str, folder: Path, root: Path, known: dict[tuple[Path, str], Floats]
 ) -> list[Floats]:
     out = []
     for visual in link.findall(tag):

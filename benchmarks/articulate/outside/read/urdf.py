@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import re
-import xml.etree.ElementTree as ET
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
+from lxml import etree
 
 from benchmarks.articulate.outside.model import (
     Model,
@@ -42,13 +42,10 @@ def read(path: Path, root: Path, values: Mapping[str, float]) -> Model:
     Raises:
         Unreadable: it is broken, or a mesh is missing.
     """
-    try:
-        robot = ET.fromstring(re.sub(r"<\?xml[^>]*\?>", "", path.read_text(encoding="utf-8", errors="replace")))
-    except ET.ParseError as error:
-        raise Unreadable(f"no XML: {error}") from error
+    robot = parsed(path)
     read_before: dict[tuple[Path, str], Floats] = {}
 
-    def shapes(link: ET.Element, tag: str) -> list[Floats]:
+    def shapes(link: etree._Element, tag: str) -> list[Floats]:
         out = []
         for visual in link.iter(tag):
             geometry = visual.find("geometry")
@@ -74,7 +71,16 @@ def read(path: Path, root: Path, values: Mapping[str, float]) -> Model:
     return Model(with_closed_pose(links, joints, values))
 
 
-def _axis_and_range(joint: ET.Element, kind: str) -> tuple[Floats, tuple[float, float]]:
+def parsed(path: Path) -> etree._Element:
+    """Return the root of an XML file, as far as it can be read. Raises Unreadable if nothing can."""
+    # Prefixes that nothing declares, as in Drake's files, are passed over.
+    root = etree.fromstring(path.read_bytes(), etree.XMLParser(recover=True, remove_comments=True, resolve_entities=False))
+    if root is None:
+        raise Unreadable("no XML")
+    return root
+
+
+def _axis_and_range(joint: etree._Element, kind: str) -> tuple[Floats, tuple[float, float]]:
     axis, limit = joint.find("axis"), joint.find("limit")
     direction = np.array(numbers(None if axis is None else axis.get("xyz"), 3)) if axis is not None else np.zeros(3)
     direction = direction if direction.any() else np.array([1.0, 0, 0])
@@ -83,14 +89,14 @@ def _axis_and_range(joint: ET.Element, kind: str) -> tuple[Floats, tuple[float, 
     return direction, (float(limit.get("lower", 0)), float(limit.get("upper", 0)))
 
 
-def _pose(origin: ET.Element | None) -> Floats:
+def _pose(origin: etree._Element | None) -> Floats:
     if origin is None:
         return np.eye(4)
     return transform(numbers(origin.get("xyz"), 3), roll_pitch_yaw(numbers(origin.get("rpy"), 3)))
 
 
 def _shape(
-    geometry: ET.Element, folder: Path, root: Path, known: dict[tuple[Path, str], Floats]
+    geometry: etree._Element, folder: Path, root: Path, known: dict[tuple[Path, str], Floats]
 ) -> Floats | None:
     for shape in geometry:
         if shape.tag == "box":

@@ -21,7 +21,7 @@ def read(path: Path, root: Path, values: Mapping[str, float]) -> Model:  # noqa:
     try:
         stage = Usd.Stage.Open(str(path))
     except Exception as error:
-        raise Unreadable(f"USD: {str(error).splitlines()[0]}") from error
+        raise Unreadable(f"USD: {' '.join(str(error).split())[:200]}") from error
     scale = UsdGeom.GetStageMetersPerUnit(stage)
     cache = UsdGeom.XformCache()
     prims = list(Usd.PrimRange(stage.GetPseudoRoot(), Usd.TraverseInstanceProxies()))
@@ -85,11 +85,14 @@ def _edge(
 
 
 def _tree(meshes: Mapping[str, list[Floats]], edges: list[tuple[str, str, Joint | None]]) -> dict[str, Link]:
-    """Hang all bodies on the one that none moves, the largest where there are several."""
+    """Hang all bodies on the one that no joint moves, if it is large, else on the largest."""
     moving = {b for _, b, joint in edges if joint is not None}
     free = [n for n in meshes if n not in moving and (n != BASE or meshes[BASE] or any(e[0] == BASE for e in edges))]
     size = {n: float(np.ptp(np.concatenate(m).reshape(-1, 3), axis=0).prod()) if m else 0.0 for n, m in meshes.items()}
-    root = max(free or list(meshes), key=lambda n: size[n])
+    largest = max(meshes, key=lambda n: size[n])
+    root = max(free or [largest], key=lambda n: size[n])
+    # Joints may be told from the side of what moves: then nothing but a part is free.
+    root = root if size[root] > 0.5 * size[largest] else largest
     links = {root: Link(root, "", None, meshes[root])}
     grown = True
     while grown:
