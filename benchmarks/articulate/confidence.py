@@ -2,11 +2,11 @@
 
     ./dev bench articulate_confidence ROWS.json... [--out registry/confidence.yaml] [--precision 0.85]
 
-ROWS.json comes from `benchmarks/articulate/ways.py --rows`: what the tool is sure of on each labelled case, and whether
-that is right. Prints reliability tables, each case told by a fit that saw no case of its source, then fits on all and
+ROWS.json comes from `./dev bench train_plans --rows`: what the tool is sure of on each labelled case, told by forests
+that have not seen its source, and whether that is right. Prints reliability tables, each case told by a fit that saw no case of its source, then fits on all and
 writes the file. A frame is right where up and front are; a part where its surface (IoU of 0.5), type and joint are,
 with its axis within 5 degrees, its hinge within a tenth of the part and its direction of opening; a plan where all
-parts are, or all but one, and at least two of three are.
+parts are, or all but one, or three of four.
 """
 
 from __future__ import annotations
@@ -23,15 +23,12 @@ import numpy.typing as npt
 from scipy.optimize import minimize
 
 from casa_assets import registry
-from casa_assets.articulate.plan import Articulation, part_score
 from casa_assets.model.registry.rows import Bars, ConfidenceModel, Curve, Weights
 
 Floats = npt.NDArray[np.float64]
 # Features of a plan that its confidence is fitted on; the weights of the first are kept from being negative.
-RISING = ("weakest", "mean", "all_right", "frame")
+RISING = ("weakest", "mean", "all_right", "frame", "value")
 FEATURES = (*RISING, "log_count")
-# A plan is right with all parts but one where at least this share of them is.
-MOST_PARTS = 2 / 3
 # Fewest examples of a point of a curve, and strength of the prior on the weights. Choices.
 MIN_EXAMPLES, RIDGE = 20, 0.02
 BINS = (0.0, 0.2, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.001)
@@ -39,27 +36,6 @@ IDENTITY = Curve(given=(0.0, 1.0), right=(0.0, 1.0))
 HEAD = (
     "# How often `articulate` is right at a confidence. Written by benchmarks/articulate/confidence.py; do not edit.\n"
 )
-
-
-def confidence_row(scores: dict[str, Any], found: Articulation) -> dict[str, Any]:
-    """The raw confidence of each part and whether it is right, and whether the plan is."""
-    right = {p["pred"] for p in scores["parts"] if p["iou"] >= 0.5 and _is_right(p)}
-    missed = sum(not (p["iou"] >= 0.5 and _is_right(p)) for p in scores["parts"])
-    # A part that is there and wrong is one fault, not a missed and an extra one.
-    extra = sum(p.name not in {q.get("pred") for q in scores["parts"]} for p in found.parts)
-    faults, count = missed + extra, max(len(scores["parts"]), len(found.parts))
-    return {
-        "parts": [[part_score(p), p.name in right, p.kind.value] for p in found.parts],
-        "plan_right": bool(found.parts) and faults <= 1 and count - faults >= MOST_PARTS * count,
-        "perfect": faults == 0,
-    }
-
-
-def _is_right(part: dict[str, Any]) -> bool:
-    """Whether a part that was found has the right type and joint."""
-    hinge = part["jtype"] != "revolute" or part.get("origin_part", 9.0) <= 0.1
-    joint = bool(part.get("joint_ok")) and part.get("axis_deg", 99.0) <= 5.0
-    return bool(part.get("type_ok")) and joint and hinge and part.get("dir_ok", True)
 
 
 def fit_curve(given: Floats, right: Floats) -> Curve:
@@ -99,13 +75,14 @@ def plan_row(row: dict[str, Any], model: ConfidenceModel) -> list[float]:
     """Features of the plan of a row, from its raw confidences."""
     own = [model.part_at(kind, score) for score, _, kind in row["parts"]] or [0.0]
     values = {"weakest": min(own), "mean": float(np.mean(own)), "all_right": float(np.prod(own))}
-    values |= {"log_count": float(np.log(len(own))), "frame": model.frame.at(row["frame"][0])}
+    frame = model.frame.at(row["frame"][0]) if row["frame"] else 0.5
+    values |= {"log_count": float(np.log(len(own))), "frame": frame, "value": row["value"]}
     return [values[name] for name in FEATURES]
 
 
 def fit(rows: Sequence[dict[str, Any]]) -> ConfidenceModel:
     """All curves and weights; the bars are those of the registry."""
-    frames = np.array([r["frame"] for r in rows], dtype=float).reshape(-1, 2)
+    frames = np.array([r["frame"] for r in rows if r["frame"]], dtype=float).reshape(-1, 2)
     parts = np.array([p[:2] for r in rows for p in r["parts"]], dtype=float).reshape(-1, 2)
     kind = np.array([p[2] for r in rows for p in r["parts"]])
     kinds = {k: fit_curve(*parts[kind == k].T) for k in sorted(set(kind)) if (kind == k).sum() >= MIN_EXAMPLES}
@@ -119,7 +96,7 @@ def told(rows: Sequence[dict[str, Any]], model: ConfidenceModel) -> dict[str, li
     """What a model says of rows, and whether it is right, for frames, parts and plans."""
     some = [r for r in rows if r["parts"]]
     return {
-        "frame": [(model.frame.at(r["frame"][0]), r["frame"][1]) for r in rows],
+        "frame": [(model.frame.at(r["frame"][0]), r["frame"][1]) for r in rows if r["frame"]],
         "part": [(model.part_at(kind, s), ok) for r in rows for s, ok, kind in r["parts"]],
         "plan": [(model.plan.at(dict(zip(FEATURES, plan_row(r, model), strict=True))), r["plan_right"]) for r in some],
     }

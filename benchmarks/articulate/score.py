@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 
 from benchmarks.articulate.labelled import AXES
-from casa_assets.articulate.frame import guess_frame
-from casa_assets.articulate.infer import choose_plan
+from casa_assets.articulate.frame import likely_frames
 from casa_assets.articulate.plan import Articulation, Frame, JointPlan, PartPlan
-from casa_assets.articulate.run.build import load_models
+from casa_assets.articulate.run.build import load_models, load_plan_models
+from casa_assets.articulate.search.choose import choose_plan
 from casa_assets.articulate.segment.fragments import weld_triangles
 from casa_assets.core.numeric import Ints
 
@@ -85,7 +85,6 @@ def looked_at(score: ModuleType, name: str, variant: str) -> dict[str, Any]:
     case = score.Case(f"{score.CASES}/{name}", variant)
     begin = time.process_time()
     mesh = weld_triangles(case.V, case.F)
-    frame = guess_frame(mesh)
-    found = choose_plan(mesh.in_frame(frame), frame, "", load_models()).articulation
+    found = choose_plan(mesh, likely_frames(mesh), "", load_models(), load_plan_models()).plan.articulation
     took = time.process_time() - begin
-    return {"row": score.score_case(case, prediction(found)), "right": frame_is_right(frame, case), "took": took}
+    return {"row": score.score_case(case, prediction(found)), "right": frame_is_right(found.frame, case), "took": took}

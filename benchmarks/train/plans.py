@@ -27,13 +27,15 @@ import numpy.typing as npt
 from sklearn.ensemble import ExtraTreesClassifier
 
 from benchmarks.articulate.confidence import table
-from benchmarks.articulate.labelled import read_obj
+from benchmarks.articulate.labelled import AXES, read_obj
 from benchmarks.articulate.outside.cases import read_truth
 from benchmarks.articulate.outside.metrics import CaseScore, compare, face_labels, totals
 from benchmarks.articulate.score import prediction
 from benchmarks.train.controls import write_forest
 from casa_assets.articulate.frame import likely_frames
+from casa_assets.articulate.plan import Frame, PartKind
 from casa_assets.articulate.run.build import load_models
+from casa_assets.articulate.search.choose import frame_confidences
 from casa_assets.articulate.search.plan_features import (
     PART_FEATURES,
     PLAN_FEATURES,
@@ -66,12 +68,13 @@ class PlanRow:
 
 @dataclass
 class CaseRows:
-    """All plans of one variant of a case."""
+    """All plans of one variant of a case; `frames`: how sure each is by its looks, and whether it is right, if known."""
 
     name: str
     source: str
     variant: str
     plans: list[PlanRow]
+    frames: list[tuple[float, bool | None]]
 
 
 def quality(score: CaseScore) -> float:
@@ -88,7 +91,7 @@ def case_rows(job: tuple[Path, str, str, str, Path]) -> CaseRows:
     root, name, source, variant, keep = job
     stored = keep / f"{zlib.crc32(str(root).encode()):08x}" / variant / f"{name}.pickle"
     if stored.is_file():
-        return pickle.loads(stored.read_bytes())  # noqa: S301  what this script has written
+        return pickle.loads(stored.read_bytes())
     truth = read_truth(root / name)
     points, faces = read_obj(root / name / f"{variant}.obj")
     label = face_labels(truth, variant, len(faces))
@@ -103,12 +106,20 @@ def case_rows(job: tuple[Path, str, str, str, Path]) -> CaseRows:
         rule = sum(p.confidence - 0.3 for p in plan.articulation.parts)
         rank = next(k for k, f in enumerate(frames) if f is plan.frame)
         rows.append(PlanRow(measures, np.array(right), score, rule, rank))
-    found = CaseRows(name, source, variant, rows)
+    found = CaseRows(name, source, variant, rows, [(f.confidence, frame_is_right(f, truth)) for f in frames])
     stored.parent.mkdir(parents=True, exist_ok=True)
     partial = stored.with_suffix(f".{os.getpid()}")
     partial.write_bytes(pickle.dumps(found))
     partial.replace(stored)
     return found
+
+
+def frame_is_right(frame: Frame, truth: dict[str, Any]) -> bool | None:
+    """Return whether up and front are those of the truth; None where that has no front, and often no certain up."""
+    up, front = (AXES.get(v, v) if isinstance(v, str) else v for v in (truth["up"], truth.get("front")))
+    if front is None:
+        return None
+    return bool(np.dot(frame.rotation[2], up) > 0.99 and np.dot(frame.rotation[1], front) < -0.99)
 
 
 def fit_parts(cases: Sequence[CaseRows]) -> ExtraTreesClassifier:
@@ -134,7 +145,11 @@ def chances(forest: ExtraTreesClassifier, plans: Sequence[PlanRow]) -> list[Floa
 def fit_plans(cases: Sequence[CaseRows], told: Sequence[Sequence[Floats]]) -> ExtraTreesClassifier:
     """Fit how good a plan is, from its features and the probabilities of its parts."""
     rows = np.array(
-        [whole_features(p.measures, t) for c, ts in zip(cases, told, strict=True) for p, t in zip(c.plans, ts, strict=True)]
+        [
+            whole_features(p.measures, t)
+            for c, ts in zip(cases, told, strict=True)
+            for p, t in zip(c.plans, ts, strict=True)
+        ]
     )
     good = np.array([quality(p.score) for c in cases for p in c.plans])
     weight = np.concatenate([np.full(len(c.plans), CASE_WEIGHT / len(c.plans)) for c in cases])
@@ -173,6 +188,24 @@ def scores_of(case: CaseRows, models: tuple[ExtraTreesClassifier, ExtraTreesClas
     return np.asarray(models[1].predict_proba(rows)[:, 1])
 
 
+def confidence_row(case: CaseRows, values: Floats, chosen: int, told: Floats) -> dict[str, Any]:
+    """Return what benchmarks/articulate/confidence.py fits on: how sure the tool is, and whether it is right."""
+    ranks = sorted({p.rank for p in case.plans})
+    goods = [max(float(v) for p, v in zip(case.plans, values, strict=True) if p.rank == r) for r in ranks]
+    plan = case.plans[chosen]
+    sure = frame_confidences([case.frames[r][0] for r in ranks], goods)[ranks.index(plan.rank)]
+    right = case.frames[plan.rank][1]
+    kinds = [PART_FEATURES[int(np.argmax(row[: len(PartKind)]))].removeprefix("is_") for row in plan.measures.parts]
+    return {
+        "group": case.source,
+        "frame": None if right is None else [float(sure), right],
+        "value": float(values[chosen]),
+        "parts": [[float(c), bool(r), k] for c, r, k in zip(told, plan.right, kinds, strict=True)],
+        "plan_right": bool(plan.score.predicted) and plan.score.is_mostly_right,
+        "perfect": plan.score.is_perfect,
+    }
+
+
 def by_rule(case: CaseRows) -> PlanRow:
     """Return the plan of the likeliest frame, no kind assumed, that the rule before takes."""
     first = [p for p in case.plans if p.rank == 0 and not p.measures.whole["assumes_kind"]] or case.plans
@@ -189,12 +222,14 @@ def main() -> None:
     parser.add_argument("--every", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--follow-only", action="store_true", help="Store the plans, and fit nothing.")
+    parser.add_argument("--rows", type=Path, help="Write what benchmarks/articulate/confidence.py fits on.")
     parser.add_argument("--write", action="store_true")
     args = parser.parse_args()
     cases = gathered(args)
     if args.follow_only:
         return
     taken: dict[int, tuple[PlanRow, float]] = {}
+    rows: dict[str, Any] = {}
     for group in folds(cases):
         models = fit([c for c in cases if c.source not in group])
         for c in cases:
@@ -202,6 +237,11 @@ def main() -> None:
                 values = scores_of(c, models)
                 k = int(np.argmax(np.round(values, 9)))
                 taken[id(c)] = (c.plans[k], float(values[k]))
+                rows[f"{c.source}/{c.variant}/{c.name}"] = confidence_row(
+                    c, values, k, chances(models[0], [c.plans[k]])[0]
+                )
+    if args.rows is not None:
+        args.rows.write_text(json.dumps(rows), encoding="utf-8")
     print(f"{'source':40s} {'variant':8s} cases   rule before   forests       best plan    F1/MAO")
     groups = sorted({(c.source, c.variant) for c in cases})
     for source, variant in [*groups, *(("", v) for v in args.variant)]:
@@ -213,8 +253,15 @@ def main() -> None:
         ]
         figures = [totals(cell) for cell in cells]
         text = "   ".join(f"{f['F1']:.3f}/{f['MAO']:.3f}" for f in figures)
-        print(f"{(source or 'all')[-40:]:40s} {variant:8s} {len(rows):5d}   {text}   right {figures[0]['perfect']:.2f} {figures[1]['perfect']:.2f} {figures[2]['perfect']:.2f}")
-    print(table("plan is right or has one fault", [(v, p.score.is_mostly_right) for p, v in taken.values() if p.score.predicted]))
+        print(
+            f"{(source or 'all')[-40:]:40s} {variant:8s} {len(rows):5d}   {text}   right {figures[0]['perfect']:.2f} {figures[1]['perfect']:.2f} {figures[2]['perfect']:.2f}"
+        )
+    print(
+        table(
+            "plan is right or has one fault",
+            [(v, p.score.is_mostly_right) for p, v in taken.values() if p.score.predicted],
+        )
+    )
     print(table("plan is right", [(v, p.score.is_perfect) for p, v in taken.values() if p.score.predicted]))
     if args.write:
         parts, plans = fit(cases)

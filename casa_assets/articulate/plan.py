@@ -64,6 +64,19 @@ class Models:
     fronts: Forest
 
 
+@dataclass(frozen=True)
+class PlanModels:
+    """Decision forests by which a plan is chosen.
+
+    Attributes:
+        parts: tells whether a part of a plan is right, from PART_FEATURES of search/plan_features.py.
+        plans: tells how good a plan is, from PLAN_FEATURES there.
+    """
+
+    parts: Forest
+    plans: Forest
+
+
 class PartKind(StrEnum):
     """Type of a moving part; it decides how its joint moves."""
 
@@ -256,6 +269,7 @@ class Articulation(Record):
         traits: what the form of its fronts says of its kind; names of FORM_TRAITS (kinds.py).
         cavities: what the fronts close. added: what was built in them, with the spaces that it leaves.
         signs: where no part was found, what speaks for some all the same, in words.
+        value: how right the plan was expected to be when it was chosen, 0..1.
     """
 
     frame: Frame
@@ -266,6 +280,7 @@ class Articulation(Record):
     added: tuple[AddedGeometry, ...] = ()
     spaces: tuple[StorageSpace, ...] = ()
     signs: tuple[str, ...] = ()
+    value: float = 0.0
 
     def face_owner(self, count: int) -> npt.NDArray[np.int64]:
         """Return the (F,) index of the part that each of `count` faces belongs to, -1 for the body."""
@@ -305,6 +320,7 @@ def plan_confidence(articulation: Articulation, model: ConfidenceModel) -> float
         "all_right": math.prod(own),
         "log_count": math.log(len(own)),
         "frame": articulation.frame.confidence,
+        "value": articulation.value,
         "named": float(bool(articulation.category)),
     }
     return model.plan.at(features)

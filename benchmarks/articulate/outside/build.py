@@ -12,7 +12,7 @@ from pathlib import Path
 
 from benchmarks.articulate.outside import sources
 from benchmarks.articulate.outside.cases import build_case, read_truth
-from benchmarks.articulate.outside.model import Unreadable, subtree
+from benchmarks.articulate.outside.model import Unreadable, at_closed_pose, subtree
 from benchmarks.articulate.outside.read import mjcf, sdf, urdf, usd
 
 HALVES = ("looking", "sealed")
@@ -39,7 +39,10 @@ def build(folder: Path, mirror: Path | None, jobs: int) -> None:
     for half in HALVES:
         mine = {name: o for name, o in kept.items() if o.is_sealed == (half == "sealed")}
         truths = {name: read_truth(folder / half / "cases" / name) for name in mine}
-        index = [{"name": n, "category": t["category"], "source": {"repo": mine[n].origin}, "tags": []} for n, t in truths.items()]
+        index = [
+            {"name": n, "category": t["category"], "source": {"repo": mine[n].origin}, "tags": []}
+            for n, t in truths.items()
+        ]
         place = folder / half / "cases"
         place.mkdir(parents=True, exist_ok=True)
         (place / "index.json").write_text(json.dumps({"cases": index}), encoding="utf-8")
@@ -69,7 +72,7 @@ def build_one(job: tuple[sources.ObjectSource, Path, Path]) -> tuple[str, str]:
         model = reader(path, repository, one.pose, **more)
         model = subtree(model, one.root) if one.root else model
         links = {n: link for n, link in model.links.items() if not (one.without and re.search(one.without, n))}
-        model = replace(model, links=links)
+        model = at_closed_pose(replace(model, links=links), one.pose)
         source = {"repo": one.repo, "commit": one.commit, "path": one.file, "root": one.root}
         about = {"category": one.kind, "origin": one.origin, "licence": one.licence, "source": source}
         build_case(place, model, about, one.types, one.still)

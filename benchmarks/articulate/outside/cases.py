@@ -99,14 +99,20 @@ def moving_parts(model: Model, types: Mapping[str, str], still: str = "") -> tup
     found: list[tuple[Link, str, int]] = []
     whole = np.concatenate([c for link in model.links.values() for c in link.meshes] or [np.zeros((1, 3, 3))])
     diagonal = float(np.linalg.norm(np.ptp(whole.reshape(-1, 3), axis=0)))
+    held_still = [link for link in model.links.values() if still and link.parent and link.joint is None]
+    held_still = [link for link in held_still if re.search(still, link.name) and link.meshes]
+    # The largest is the body.
+    body = max(held_still, key=lambda link: _bulk(model, link), default=None)
     for link in model.links.values():
         carrier = owner.get(link.parent, 0)
         owner[link.name] = carrier
-        held = bool(still) and re.search(still, link.name) is not None
-        if (link.joint is None and not (held and link.parent)) or not _surface(model, link):
+        held = any(link is other for other in held_still) and link is not body
+        if (link.joint is None and not held) or not _surface(model, link):
             continue
         if link.joint is None:
-            found.append((replace(link, joint=Joint("", "continuous", model.up, np.zeros(3), (0.0, 0.0))), "unscored", 0))
+            found.append(
+                (replace(link, joint=Joint("", "continuous", model.up, np.zeros(3), (0.0, 0.0))), "unscored", 0)
+            )
             owner[link.name] = len(found)
             continue
         kind = _stated(types, link) or type_of(link, model, diagonal)
@@ -130,6 +136,11 @@ def _surface(model: Model, link: Link) -> list[Floats]:
         if other.parent == link.name and other.joint is None and other is not link:
             out += _surface(model, other)
     return out
+
+
+def _bulk(model: Model, link: Link) -> float:
+    """Return the volume of the box around a link."""
+    return float(np.ptp(np.concatenate(_surface(model, link)).reshape(-1, 3), axis=0).prod())
 
 
 def _stated(types: Mapping[str, str], link: Link) -> str:

@@ -72,7 +72,8 @@ class CaseScore:
 
 def score_case(folder: Path, variant: str, prediction: Row) -> CaseScore:
     """Score a prediction: `parts`, each with `faces` or `face_runs` of VARIANT.obj in the order of the file, `type`
-    and `joint` (`type`, `axis`, `origin`, `range`), in the axes and units of the file."""
+    and `joint` (`type`, `axis`, `origin`, `range`), in the axes and units of the file.
+    """
     truth = read_truth(folder)
     points, faces = read_obj(folder / f"{variant}.obj")
     return compare(truth, points, faces, face_labels(truth, variant, len(faces)), prediction)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -20,6 +20,8 @@ from casa_assets.model.pose import Pose
 
 # Triangles, as (F, 3, 3) corners.
 NOTHING: Floats = np.zeros((0, 3, 3))
+# The box around an object with a joint shut is smaller than this share of that with it open.
+MIN_SHRINKAGE = 0.97
 # Names of joints and links that are no parts of what a person opens, such as casters.
 UNSCORED = ("wheel", "caster", "castor")
 
@@ -186,6 +188,56 @@ def with_closed_pose(
         world[name] = at
         out[name] = Link(name, parent, joint, [moved(m, at) for m in meshes])
     return out
+
+
+def at_closed_pose(model: Model, stated: Collection[str] = ()) -> Model:
+    """Return a model with doors, lids and drawers shut that its file leaves open at 0.
+
+    A joint is shut at the end of its range at which the box around everything is clearly smallest.
+
+    Args:
+        stated: names of joints whose closed pose is known.
+    """
+    for name in list(model.links):
+        joint = model.links[name].joint
+        if joint is None or joint.kind == "continuous" or joint.name in stated:
+            continue
+        sizes = {v: _volume(_with_value(model, name, v)) for v in (0.0, *joint.range)}
+        best = min(joint.range, key=lambda v: sizes[v])
+        if sizes[best] < MIN_SHRINKAGE * sizes[0.0]:
+            model = _with_value(model, name, best)
+    return model
+
+
+def _volume(model: Model) -> float:
+    corners = np.concatenate(
+        [c.reshape(-1, 3) for link in model.links.values() for c in link.meshes] or [np.zeros((1, 3))]
+    )
+    return float((np.ptp(corners, axis=0) + 1e-6).prod())
+
+
+def _with_value(model: Model, name: str, value: float) -> Model:
+    """Return a model with one joint at a value, from which its range then counts."""
+    joint = model.links[name].joint
+    assert joint is not None
+    if joint.kind == "prismatic":
+        move = transform(joint.axis * value)
+    else:
+        turn = about(joint.axis, value)
+        move = transform(joint.origin - turn @ joint.origin, turn)
+    links = dict(model.links)
+    carried = {name}
+    for other in model.links.values():
+        if other.name != name and other.parent not in carried:
+            continue
+        carried.add(other.name)
+        own = other.joint
+        if own is not None:
+            origin = move[:3, :3] @ own.origin + move[:3, 3]
+            reach = (own.range[0] - value, own.range[1] - value) if other.name == name else own.range
+            own = Joint(own.name, own.kind, move[:3, :3] @ own.axis, origin, reach)
+        links[other.name] = Link(other.name, other.parent, own, [moved(m, move) for m in other.meshes])
+    return Model(links, model.up)
 
 
 def parents_first(parents: Mapping[str, str]) -> list[str]:

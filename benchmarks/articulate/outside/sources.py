@@ -16,7 +16,26 @@ SALT = 248
 LIST = Path(__file__).with_name("sources.yaml")
 # What objects are made of; pictures are not needed, and larger files are none of an object's.
 SUFFIXES = frozenset(
-    ".urdf .sdf .xml .xacro .usd .usda .usdc .obj .mtl .stl .dae .gltf .glb .bin .ply .off .msh .config".split()
+    [
+        ".urdf",
+        ".sdf",
+        ".xml",
+        ".xacro",
+        ".usd",
+        ".usda",
+        ".usdc",
+        ".obj",
+        ".mtl",
+        ".stl",
+        ".dae",
+        ".gltf",
+        ".glb",
+        ".bin",
+        ".ply",
+        ".off",
+        ".msh",
+        ".config",
+    ]
 )
 
 
@@ -62,10 +81,18 @@ def objects() -> list[ObjectSource]:
         shared = {key: origin[key] for key in ("origin", "repo", "commit", "licence")}
         common = origin.get("types", {})
         for row in origin["objects"]:
-            stem = row.get("name") or "_".join([*PurePosixPath(row["file"]).with_suffix("").parts[-2:], row.get("root", "")])
-            name = "".join(c if c.isalnum() else "_" for c in f"{origin['repo'].split('/')[0]}_{stem}").strip("_").lower()
+            stem = row.get("name") or "_".join(
+                [*PurePosixPath(row["file"]).with_suffix("").parts[-2:], row.get("root", "")]
+            )
+            name = (
+                "".join(c if c.isalnum() else "_" for c in f"{origin['repo'].split('/')[0]}_{stem}").strip("_").lower()
+            )
             types = {**common, **row.get("types", {})}
-            more: dict[str, Any] = {key: row[key] for key in ("file", "kind", "root", "pose", "incomplete", "still", "without") if key in row}
+            more: dict[str, Any] = {
+                key: row[key]
+                for key in ("file", "kind", "root", "pose", "incomplete", "still", "without")
+                if key in row
+            }
             out.append(ObjectSource(name=name, types=types, **shared, **more))
     doubled = {o.name for o in out if sum(p.name == o.name for p in out) > 1}
     if doubled:

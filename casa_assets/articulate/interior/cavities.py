@@ -23,6 +23,8 @@ NEAR_WALL_SHARE, MIN_CLOSED_SHARE = 0.15, 0.6
 REAR_WALL_SHARE = 0.4
 # Distance of an opening cut into the front wall of a cavity from its other walls, diagonals.
 CUT_MARGIN = 0.003
+# A cavity that would be smaller along any axis is not built, metres. A choice: nothing is put into less.
+MIN_BUILT_M = 0.03
 # A mesh has a cavity of its own if this many of its five walls are visible.
 MIN_WALLS = 3
 # A drawer that reaches back by this share of the depth has a box.
@@ -190,7 +192,13 @@ def _door_cavity(probe: CavityProbe, opening: FrontOpening, interior: InteriorKi
     panel_box = opening.lower, opening.upper
     mouth = max(opening.mouth, _body_start_depth(behind, opening.mouth, depth)) if is_closed else opening.mouth
     cavity = fit_cavity(probe, opening.part_ids, panel_box, mouth, back, wall, interior, is_closed)
-    return cavity.replace(parts=names, confidence=confidence, reason=reason)
+    return _with_room(cavity.replace(parts=names, confidence=confidence, reason=reason), metres)
+
+
+def _with_room(cavity: Cavity, metres: float) -> Cavity | None:
+    """Return a cavity that is to be built, None where what surrounds it leaves no room."""
+    room = np.subtract(cavity.upper, cavity.lower) * metres
+    return cavity if float(room.min()) >= MIN_BUILT_M else None
 
 
 def _closing_wall_depth(behind: RayCrossings, mouth: float, depth: float) -> float | None:
@@ -257,4 +265,4 @@ def _drawer_cavity(probe: CavityProbe, opening: FrontOpening, _: InteriorKind, m
     cavity = fit_cavity(probe, opening.part_ids, panel_box, mouth, back, wall, InteriorKind.DRAWER, is_closed)
     # The box begins at its front, what it slides in where the body does.
     lower = (cavity.lower[0], front, cavity.lower[2])
-    return cavity.replace(parts=names, lower=lower, confidence=0.8, reason=reason)
+    return _with_room(cavity.replace(parts=names, lower=lower, confidence=0.8, reason=reason), metres)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Set
+from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
@@ -20,19 +20,22 @@ from casa_assets.articulate.decisions import (
     decisions_text,
     parse_direction,
 )
-from casa_assets.articulate.frame import guess_frame, metres_per_unit
+from casa_assets.articulate.frame import likely_frames, metres_per_unit
 from casa_assets.articulate.fronts.front_hypotheses import CONTEXT, FEATURES
-from casa_assets.articulate.infer import choose_plan
 from casa_assets.articulate.interior.inner_parts import with_pieces_in_the_way
 from casa_assets.articulate.kinds import kind_by_parts, kind_named
-from casa_assets.articulate.plan import Articulation, Frame, JointPlan, Models, calibrate_parts
+from casa_assets.articulate.plan import Articulation, Frame, JointPlan, Models, PlanModels, calibrate_parts
 from casa_assets.articulate.run.interiors import add_interiors
 from casa_assets.articulate.runtime.names import rename_for_runtime
+from casa_assets.articulate.search.choose import choose_plan
+from casa_assets.articulate.search.plan_features import PART_FEATURES, PLAN_FEATURES
+from casa_assets.articulate.search.plans import Plan
 from casa_assets.articulate.segment.fragments import WeldedMesh, weld_model
 from casa_assets.articulate.segment.orthographic import TOP
 from casa_assets.articulate.segment.segmentations import cut_shell_parts
 from casa_assets.articulate.segment.shell_segments import Fragmentation
 from casa_assets.articulate.unfound_parts import signs_of_parts
+from casa_assets.core.numeric import Forest
 from casa_assets.errors import CasaError, Rejected, UnknownId
 from casa_assets.ingest.sources.discover import collect, discover
 from casa_assets.ingest.sources.places import Found, Refused
@@ -63,11 +66,25 @@ _UP_WORDS = {axis: ("-" if axis.startswith("minus_") else "+") + axis[-1] for ax
 def load_models() -> Models:
     """Return the forests of registry/learned/. Raises RegistryError, or ValueError where one fits other features."""
     needed = {"controls": CONTROL_FEATURES, "fronts_alone": FEATURES, "fronts": (*FEATURES, *CONTEXT)}
+    forests = _forests(needed)
+    if forests["controls"].classes != CONTROL_CLASSES:
+        raise ValueError("a forest of other types: controls; run benchmarks/train")
+    return Models(**forests)
+
+
+@cache
+def load_plan_models() -> PlanModels:
+    """Return the forests that choose plans; raises as `load_models`."""
+    forests = _forests({"plan_parts": PART_FEATURES, "plans": PLAN_FEATURES})
+    return PlanModels(forests["plan_parts"], forests["plans"])
+
+
+def _forests(needed: Mapping[str, Sequence[str]]) -> dict[str, Forest]:
     forests = {name: registry.learned_forest(name) for name in needed}
     other = [name for name, features in needed.items() if forests[name].features != features]
-    if other or forests["controls"].classes != CONTROL_CLASSES:
-        raise ValueError(f"forests of other features or types: {', '.join(other)}; run benchmarks/train")
-    return Models(**forests)
+    if other:
+        raise ValueError(f"forests of other features: {', '.join(other)}; run benchmarks/train")
+    return forests
 
 
 @dataclass(frozen=True)
@@ -239,11 +256,9 @@ def build(request: ArticulateRequest) -> ArticulateResult:
     mesh = weld_model(model)
     if not mesh.areas.any():
         raise Rejected(NOTHING_MOVES, "none of its faces has an area")
-    frame = _choose_frame(mesh, model, request)
-    placed = mesh.in_frame(frame)
     stated = stated_category(source_file, request.category or request.decisions.category or "")
-    plan = choose_plan(placed, frame, stated, load_models())
-    found = plan.articulation
+    plan, found = _choose_plan(mesh, model, request, stated)
+    placed, frame = mesh.in_frame(found.frame), found.frame
     kind = _choose_category(source_file, request, model, placed, found)
     longest = float(np.ptp(placed.points, axis=0).max()) / frame.scale
     scale = _scale(longest, model, request, kind.category if kind.id else None)
@@ -364,28 +379,44 @@ def _scale(
     return unit, confidence, reason
 
 
-def _choose_frame(mesh: WeldedMesh, model: RawModel, request: ArticulateRequest) -> Frame:
-    """Return the frame that is given, or the guess; decisions that repeat a guess that is sure leave it a guess."""
+def _choose_plan(mesh: WeldedMesh, model: RawModel, request: ArticulateRequest, kind: str) -> tuple[Plan, Articulation]:
+    """Return the likeliest plan and its parts, in the frame that is given, if one is.
+
+    Decisions that repeat a guess that is sure leave it a guess.
+    """
     own = request.decisions
     up = request.up or (parse_direction(own.up) if own.up is not None else None)
     front = request.front or (parse_direction(own.front) if own.front is not None else None)
     stated = None if model.up is None else _TOPS[model.up]
-    if up is not None and front is not None:
-        if abs(float(np.dot(up, front))) > 1e-3:
-            message = f"the front {axis_word(front)} is not at a right angle to up {axis_word(up)}"
-            if request.up is None or request.front is None:  # one of the two comes from the decisions on this mesh
-                raise Rejected(MISFIT, f"{message}; change the decisions on it")
-            raise CasaError(f"{request.mesh.name}: {message}; give another --front or --up")
-        given = guess_frame(mesh, up, front, stated).replace(confidence=1.0)
-        guess = _calibrated(guess_frame(mesh, stated=stated))
-        is_same = np.allclose(guess.rotation, given.rotation, atol=1e-4)
-        return guess if is_same and guess.confidence >= registry.load_confidence().bars.frame else given
-    return _calibrated(guess_frame(mesh, up, front, stated))
+    if up is None or front is None:
+        return _guessed_plan(mesh, likely_frames(mesh, up, front, stated), kind)
+    if abs(float(np.dot(up, front))) > 1e-3:
+        message = f"the front {axis_word(front)} is not at a right angle to up {axis_word(up)}"
+        if request.up is None or request.front is None:  # one of the two comes from the decisions on this mesh
+            raise Rejected(MISFIT, f"{message}; change the decisions on it")
+        raise CasaError(f"{request.mesh.name}: {message}; give another --front or --up")
+    given = likely_frames(mesh, up, front, stated)[0].replace(confidence=1.0)
+    guesses = likely_frames(mesh, stated=stated)
+    if any(np.allclose(guess.rotation, given.rotation, atol=1e-4) for guess in guesses):
+        plan, found = _guessed_plan(mesh, guesses, kind)
+        is_same = np.allclose(found.frame.rotation, given.rotation, atol=1e-4)
+        if is_same and found.frame.confidence >= registry.load_confidence().bars.frame:
+            return plan, found
+    plan, found = _guessed_plan(mesh, [given], kind)
+    return plan, found.replace(frame=given)
 
 
-def _calibrated(frame: Frame) -> Frame:
-    """Return a guessed frame with its confidence as the share of such guesses that are right."""
-    return frame.replace(confidence=registry.load_confidence().frame.at(frame.confidence))
+def _guessed_plan(mesh: WeldedMesh, frames: Sequence[Frame], kind: str) -> tuple[Plan, Articulation]:
+    """Return the likeliest plan over some frames, and its parts with how sure they are, uncalibrated."""
+    choice = choose_plan(mesh, frames, kind, load_models(), load_plan_models())
+    found = choice.plan.articulation
+    parts = []
+    for part, chance in zip(found.parts, choice.parts.tolist(), strict=True):
+        sure = round(chance, 3)
+        parts.append(part.replace(confidence=sure, joint=part.joint.replace(confidence=sure)))
+    confidence = registry.load_confidence().frame.at(choice.frame_confidence)
+    frame = choice.plan.frame.replace(confidence=confidence)
+    return choice.plan, found.replace(frame=frame, parts=tuple(parts), value=round(choice.value, 3))
 
 
 def find_input(request: ArticulateRequest) -> Found:

@@ -14,8 +14,7 @@ from pydantic import TypeAdapter
 from casa_assets import registry
 from casa_assets.articulate.assemble import assemble
 from casa_assets.articulate.decisions import DECISIONS_NAME
-from casa_assets.articulate.frame import guess_frame
-from casa_assets.articulate.infer import choose_plan
+from casa_assets.articulate.frame import likely_frames
 from casa_assets.articulate.plan import Articulation, PartKind
 from casa_assets.articulate.run.acceptance import (
     doubts,
@@ -27,6 +26,7 @@ from casa_assets.articulate.run.acceptance import (
 )
 from casa_assets.articulate.run.build import ArticulateRequest, ArticulateResult, build, find_input
 from casa_assets.articulate.run.interiors import add_interiors
+from casa_assets.articulate.search.choose import choose_plan
 from casa_assets.cache.cache_key import CodeRef, digest_of, key_of, versions_of
 from casa_assets.cache.store import Store
 from casa_assets.checks.motion.joints import JointTravel, joint_travels
@@ -65,7 +65,7 @@ MAX_MENDS = 2
 # The code that turns a mesh into an asset, by the name under which certificates list its version.
 STEPS: Mapping[str, CodeRef] = {
     "load": load,
-    "frame": guess_frame,
+    "frame": likely_frames,
     "plan": choose_plan,
     "complete": add_interiors,
     "assemble": assemble,

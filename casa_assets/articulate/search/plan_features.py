@@ -144,7 +144,9 @@ def _agreements(plans: Sequence[Plan], owners: Sequence[Ints], areas: Floats, on
         theirs = other.articulation.parts
         if not theirs:
             continue
-        both = np.bincount((owners[one] + 1) * (len(theirs) + 1) + owners[k] + 1, areas, (len(parts) + 1) * (len(theirs) + 1))
+        both = np.bincount(
+            (owners[one] + 1) * (len(theirs) + 1) + owners[k] + 1, areas, (len(parts) + 1) * (len(theirs) + 1)
+        )
         both = both.reshape(len(parts) + 1, len(theirs) + 1)[1:, 1:]
         other_area = np.bincount(owners[k] + 1, areas, len(theirs) + 1)[1:]
         iou = both / np.maximum(own[:, None] + other_area[None] - both, 1e-15)

@@ -102,9 +102,7 @@ POSE = {"slide": -0.1}
     ("name", "text", "read"),
     [("a.urdf", URDF, urdf.read), ("a.sdf", SDF, sdf.read), ("a.xml", MJCF, mjcf.read), ("a.usda", USD, usd.read)],
 )
-def test_each_format_gives_the_same_case(
-    name: str, text: str, read: Callable[..., Model], tmp_path: Path
-) -> None:
+def test_each_format_gives_the_same_case(name: str, text: str, read: Callable[..., Model], tmp_path: Path) -> None:
     (tmp_path / name).write_text(text, encoding="utf-8")
     model = read(tmp_path / name, tmp_path, POSE if name == "a.urdf" else {})
     truth = build_case(tmp_path / "case", model, {"category": "cabinet"}, {})
@@ -137,7 +135,12 @@ def test_what_is_wrong_with_a_prediction_is_counted(tmp_path: Path) -> None:
     (tmp_path / "a.urdf").write_text(URDF, encoding="utf-8")
     truth = build_case(tmp_path / "case", urdf.read(tmp_path / "a.urdf", tmp_path, POSE), {"category": "cabinet"}, {})
     door, drawer = (
-        {"name": p["name"], "type": p["type"], "joint": dict(p["joint"]), "face_runs": truth_runs(tmp_path / "case", "input", p["id"])}
+        {
+            "name": p["name"],
+            "type": p["type"],
+            "joint": dict(p["joint"]),
+            "face_runs": truth_runs(tmp_path / "case", "input", p["id"]),
+        }
         for p in sorted(truth["parts"], key=lambda p: str(p["type"]))
     )
     right_hinge = {**door, "joint": {**door["joint"], "origin": [0.21, -0.3, 0.2], "axis": [0, 0, -1]}}
@@ -145,7 +148,11 @@ def test_what_is_wrong_with_a_prediction_is_counted(tmp_path: Path) -> None:
     twice = {**door, "name": "again"}
     figures = {}
     for name, parts in {
-        "all": [door, drawer], "edge": [right_hinge, drawer], "slides": [slides, drawer], "missed": [door], "extra": [door, drawer, twice],
+        "all": [door, drawer],
+        "edge": [right_hinge, drawer],
+        "slides": [slides, drawer],
+        "missed": [door],
+        "extra": [door, drawer, twice],
     }.items():
         score = score_case(tmp_path / "case", "input", {"parts": parts})
         row = totals([score])

@@ -65,16 +65,16 @@ def read(path: Path, root: Path, values: Mapping[str, float]) -> Model:
         parents[name], poses[name] = str(parent.get("link")), _pose(joint.find("origin"))
         if kind in MOVING:
             joints[name] = (str(joint.get("name")), kind, *_axis_and_range(joint, kind))
-    links = {
-        n: (parents[n], poses.get(n, np.eye(4)), shapes(elements[n], tag)) for n in parents_first(parents)
-    }
+    links = {n: (parents[n], poses.get(n, np.eye(4)), shapes(elements[n], tag)) for n in parents_first(parents)}
     return Model(with_closed_pose(links, joints, values))
 
 
 def parsed(path: Path) -> etree._Element:
     """Return the root of an XML file, as far as it can be read. Raises Unreadable if nothing can."""
     # Prefixes that nothing declares, as in Drake's files, are passed over.
-    root = etree.fromstring(path.read_bytes(), etree.XMLParser(recover=True, remove_comments=True, resolve_entities=False))
+    root = etree.fromstring(
+        path.read_bytes(), etree.XMLParser(recover=True, remove_comments=True, resolve_entities=False)
+    )
     if root is None:
         raise Unreadable("no XML")
     return root
@@ -95,9 +95,7 @@ def _pose(origin: etree._Element | None) -> Floats:
     return transform(numbers(origin.get("xyz"), 3), roll_pitch_yaw(numbers(origin.get("rpy"), 3)))
 
 
-def _shape(
-    geometry: etree._Element, folder: Path, root: Path, known: dict[tuple[Path, str], Floats]
-) -> Floats | None:
+def _shape(geometry: etree._Element, folder: Path, root: Path, known: dict[tuple[Path, str], Floats]) -> Floats | None:
     for shape in geometry:
         if shape.tag == "box":
             x, y, z = numbers(shape.get("size"), 3)

@@ -16,7 +16,7 @@ _AXES = {"X": np.array([1.0, 0, 0]), "Y": np.array([0, 1.0, 0]), "Z": np.array([
 BASE = "base"
 
 
-def read(path: Path, root: Path, values: Mapping[str, float]) -> Model:  # noqa: ARG001  one signature for all readers
+def read(path: Path, root: Path, values: Mapping[str, float]) -> Model:
     """Read a USD file as it is posed; errors as of `urdf.read`."""
     try:
         stage = Usd.Stage.Open(str(path))
@@ -73,8 +73,10 @@ def _edge(
     rotation = world[:3, :3] @ np.array(Gf.Matrix3d(Gf.Rotation(Gf.Quatd(turn)))).T
     axis = rotation @ _AXES[str(typed.GetAxisAttr().Get() or "X")]
     origin = (world[:3, :3] @ np.array(place) + world[:3, 3]) * scale
-    low, high = (float(v if v is not None else d) for v, d in (
-        (typed.GetLowerLimitAttr().Get(), -np.inf), (typed.GetUpperLimitAttr().Get(), np.inf)))
+    low, high = (
+        float(v if v is not None else d)
+        for v, d in ((typed.GetLowerLimitAttr().Get(), -np.inf), (typed.GetUpperLimitAttr().Get(), np.inf))
+    )
     kind = "prismatic" if slides else "revolute"
     if not np.isfinite([low, high]).all():
         kind, low, high = ("prismatic", 0.0, 0.3) if slides else ("continuous", -np.pi, np.pi)
