@@ -85,7 +85,7 @@ def predict_one(job: Job) -> tuple[str, str]:
             mesh = Path(folder) / "in" / "mesh.obj"
             mesh.parent.mkdir()
             mesh.write_bytes(job.mesh.read_bytes())
-        found = _found(ArticulateRequest(mesh, Path(folder) / "out"), job.mesh)
+        found = found_by_command(ArticulateRequest(mesh, Path(folder) / "out"), job.mesh)
     found["seconds"] = resource.getrusage(resource.RUSAGE_SELF).ru_utime - begin
     found["seconds_of_the_clock"] = time.monotonic() - started
     partial = job.out.with_suffix(".partial")
@@ -94,7 +94,7 @@ def predict_one(job: Job) -> tuple[str, str]:
     return job.name, f"{found['outcome']} {found['code']} {len(found['parts'])} parts"
 
 
-def _found(request: ArticulateRequest, file: Path) -> dict[str, Any]:
+def found_by_command(request: ArticulateRequest, file: Path) -> dict[str, Any]:
     none = {"parts": [], "code": "", "message": "", "frame_confidence": None, "category": ""}
     try:
         result = build(request)

@@ -17,7 +17,9 @@ from benchmarks.articulate.outside.read import mjcf, sdf, urdf, usd
 
 HALVES = ("looking", "sealed")
 READERS = {".urdf": urdf.read, ".sdf": sdf.read, ".xml": mjcf.read, ".usd": usd.read, ".usda": usd.read}
-READERS |= {".usdc": usd.read}
+READERS |= {".usdc": usd.read, ".world": sdf.read}
+# Changes whenever cases come out otherwise.
+VERSION = 2
 
 
 def build(folder: Path, mirror: Path | None, jobs: int) -> None:
@@ -58,7 +60,7 @@ def build_one(job: tuple[sources.ObjectSource, Path, Path]) -> tuple[str, str]:
     """Build one case unless it is there; return its name and why it could not be built, or nothing."""
     one, folder, repository = job
     place = folder / ("sealed" if one.is_sealed else "looking") / "cases" / one.name
-    stamp = json.dumps([one.commit, one.file, one.root, dict(one.types), dict(one.pose), one.still, one.without])
+    stamp = json.dumps([VERSION, one.commit, one.file, one.root, dict(one.types), dict(one.pose), one.still, one.without])
     done = place / "stamp.json"
     if done.is_file() and done.read_text() == stamp:
         return one.name, ""

@@ -22,6 +22,8 @@ from casa_assets.model.pose import Pose
 NOTHING: Floats = np.zeros((0, 3, 3))
 # The box around an object with a joint shut is smaller than this share of that with it open.
 MIN_SHRINKAGE = 0.97
+# Values of a joint at which it is tried whether it is shut.
+TRIED_VALUES = 25
 # Names of joints and links that are no parts of what a person opens, such as casters.
 UNSCORED = ("wheel", "caster", "castor")
 
@@ -193,7 +195,7 @@ def with_closed_pose(
 def at_closed_pose(model: Model, stated: Collection[str] = ()) -> Model:
     """Return a model with doors, lids and drawers shut that its file leaves open at 0.
 
-    A joint is shut at the end of its range at which the box around everything is clearly smallest.
+    A joint is shut where the box around everything is clearly smallest.
 
     Args:
         stated: names of joints whose closed pose is known.
@@ -202,8 +204,9 @@ def at_closed_pose(model: Model, stated: Collection[str] = ()) -> Model:
         joint = model.links[name].joint
         if joint is None or joint.kind == "continuous" or joint.name in stated:
             continue
-        sizes = {v: _volume(_with_value(model, name, v)) for v in (0.0, *joint.range)}
-        best = min(joint.range, key=lambda v: sizes[v])
+        tried = [0.0, *joint.range, *np.linspace(*joint.range, TRIED_VALUES).tolist()]
+        sizes = {v: _volume(_with_value(model, name, v)) for v in tried}
+        best = min(tried, key=lambda v: sizes[v])
         if sizes[best] < MIN_SHRINKAGE * sizes[0.0]:
             model = _with_value(model, name, best)
     return model

@@ -150,7 +150,9 @@ def _agreements(plans: Sequence[Plan], owners: Sequence[Ints], areas: Floats, on
         both = both.reshape(len(parts) + 1, len(theirs) + 1)[1:, 1:]
         other_area = np.bincount(owners[k] + 1, areas, len(theirs) + 1)[1:]
         iou = both / np.maximum(own[:, None] + other_area[None] - both, 1e-15)
-        same = np.array([[a.kind is b.kind and a.joint.kind is b.joint.kind for b in theirs] for a in parts])
+        same = np.array(
+            [[a.kind is b.kind and a.joint.kind is b.joint.kind for b in theirs] for a in parts], dtype=bool
+        )
         held[:] = np.maximum(held, ((iou >= SAME_SURFACE) & same.reshape(iou.shape)).any(axis=1))
     mine = [v for (frame, _), v in agrees.items() if frame == id(plans[one].frame)]
     return np.mean(list(agrees.values()), axis=0), np.mean(mine, axis=0)

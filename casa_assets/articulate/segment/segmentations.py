@@ -208,16 +208,16 @@ def segmentations(mesh: WeldedMesh) -> dict[Segmentation, Ints]:
     candidates: dict[Segmentation, Ints] = {}
     sheets = find_flat_sheets(mesh)
     colours = mesh.material_index[mesh.duplicate_of]
-    split = _with_small_ones_joined(mesh, _split_at_creases(mesh), sheets)
+    split = joined_small_pieces(mesh, _split_at_creases(mesh), sheets)
     candidates[Segmentation.CREASES] = _numbered(alive, split, colours)
     if sheets.has_hole.any():
-        split = _with_small_ones_joined(mesh, split_at_holes(mesh, sheets), sheets)
+        split = joined_small_pieces(mesh, split_at_holes(mesh, sheets), sheets)
         candidates[Segmentation.HOLES] = _numbered(alive, split, colours)
     candidates[Segmentation.WELDED] = welded
     pieces = mesh.piece_index[mesh.duplicate_of]
     count = len(np.unique(pieces[alive]))
     if 1 < count <= MAX_PIECES and alive.sum() >= MIN_FACES_PER_PIECE * count:
-        pieces = _with_small_ones_joined(mesh, pieces, sheets)
+        pieces = joined_small_pieces(mesh, pieces, sheets)
         candidates[Segmentation.PIECES] = _numbered(alive, pieces, colours)
         lower, upper = corners_of_labels(mesh, welded)
         wide = (upper - lower) >= LARGE_EXTENT_SHARE * np.ptp(mesh.points, axis=0)
@@ -260,7 +260,7 @@ def _wind_inwards(mesh: WeldedMesh) -> Mask:
     return np.bincount(label, np.where(counts, volume, 0.0))[label] < 0.0
 
 
-def _with_small_ones_joined(mesh: WeldedMesh, pieces: Ints, sheets: FlatSheets) -> Ints:
+def joined_small_pieces(mesh: WeldedMesh, pieces: Ints, sheets: FlatSheets) -> Ints:
     """Return the (F,) pieces with those joined that are small, share an edge, and are small together.
 
     A piece that is a sheet with a hole is part of the body, and joins nothing.

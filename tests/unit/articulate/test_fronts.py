@@ -11,6 +11,7 @@ from casa_assets import registry
 from casa_assets.articulate.controls.classify import classify_with_dials
 from casa_assets.articulate.controls.controls import Control, find_controls, group_controls
 from casa_assets.articulate.controls.levers_and_buttons import Lever, find_levers
+from casa_assets.articulate.frame import given_frame
 from casa_assets.articulate.fronts.front_hypotheses import FrontHypotheses, choose_fronts, propose_fronts
 from casa_assets.articulate.fronts.opening_panels import select_opening_panels
 from casa_assets.articulate.fronts.panels import Panel, find_panels
@@ -23,10 +24,10 @@ from casa_assets.articulate.fronts.relief import (
     merge_stairs,
     seam_maps,
 )
-from casa_assets.articulate.infer import choose_plan
 from casa_assets.articulate.interior.inner_parts import find_drawer_box
 from casa_assets.articulate.plan import PartKind
-from casa_assets.articulate.run.build import load_models
+from casa_assets.articulate.run.build import load_models, load_plan_models
+from casa_assets.articulate.search.choose import choose_plan
 from casa_assets.articulate.segment.fragments import MeasuredFragments, WeldedMesh, measure_fragments, weld_triangles
 from casa_assets.articulate.segment.orthographic import FRONT, SIDES, DepthImage, SideRelief, measure_relief
 from casa_assets.core.numeric import forest_from_dict
@@ -266,8 +267,9 @@ def test_round_keys_in_a_grid_beside_a_door_are_keys() -> None:
     door, panel = box((0.0, -0.02, 0.0), (0.37, -0.0005, 0.3)), box((0.375, -0.02, 0.0), (0.5, -0.0005, 0.3))
     keys = [disc((0.4 + 0.037 * a, -0.025, 0.08 + 0.032 * b), 0.011, 0.0049, 16) for a in range(3) for b in range(5)]
     bar = box((0.335, -0.05, 0.05), (0.35, -0.0205, 0.25))
-    mesh, frame = in_its_frame(*together(*carcass(0.5, 0.38, 0.3), door, panel, bar, *keys)[:2])
-    found = choose_plan(mesh, frame, "", load_models()).articulation.parts
+    mesh = weld_triangles(*together(*carcass(0.5, 0.38, 0.3), door, panel, bar, *keys)[:2])
+    frames = [given_frame(mesh, (0, 0, 1), (0, -1, 0))]
+    found = choose_plan(mesh, frames, "", load_models(), load_plan_models()).plan.articulation.parts
     assert sorted(p.kind for p in found) == [PartKind.BUTTON] * 15 + [PartKind.DOOR]
 
 

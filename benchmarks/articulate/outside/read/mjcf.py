@@ -25,6 +25,8 @@ from casa_assets.model.asset.parts import Box, Capsule, Cylinder, Sphere
 
 # Geoms of this group and above are hidden by viewers.
 HIDDEN_GROUP = 3
+# Name of the body that pieces of scenes are put into.
+WHOLE = "whole"
 _KINDS = {mujoco.mjtJoint.mjJNT_HINGE: "revolute", mujoco.mjtJoint.mjJNT_SLIDE: "prismatic"}
 
 
@@ -37,7 +39,11 @@ def read(path: Path, root: Path, values: Mapping[str, float], link: str = "", co
     del root
     # Inertias are of no use here, and some files state them in two ways, which MuJoCo refuses.
     plain = path.with_name(f"{path.stem}.{os.getpid()}.xml")
-    plain.write_text(re.sub(r"<inertial\b[^>]*/>", "", path.read_text(encoding="utf-8", errors="replace")))
+    text = re.sub(r"<inertial\b[^>]*/>", "", path.read_text(encoding="utf-8", errors="replace"))
+    if "<mujocoinclude" in text:  # a piece of a scene
+        inside = re.sub(r"</?mujocoinclude[^>]*>", "", text)
+        text = f'<mujoco><compiler angle="radian"/><worldbody><body name="{WHOLE}">{inside}</body></worldbody></mujoco>'
+    plain.write_text(text, encoding="utf-8")
     try:
         spec = mujoco.MjSpec.from_file(str(plain))
         absent = {m.name for m in spec.meshes if not (path.parent / spec.meshdir / m.file).is_file()}
