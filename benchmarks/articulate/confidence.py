@@ -3,10 +3,10 @@
     ./dev bench articulate_confidence ROWS.json... [--out registry/confidence.yaml] [--precision 0.85]
 
 ROWS.json comes from `./dev bench train_plans --rows`: what the tool is sure of on each labelled case, told by forests
-that have not seen its source, and whether that is right. Prints reliability tables, each case told by a fit that saw no case of its source, then fits on all and
-writes the file. A frame is right where up and front are; a part where its surface (IoU of 0.5), type and joint are,
-with its axis within 5 degrees, its hinge within a tenth of the part and its direction of opening; a plan where all
-parts are, or all but one, or three of four.
+that have not seen its source, and whether that is right. Prints reliability tables, each case told by a fit that saw
+no case of its source, then fits on all and writes the file. A frame is right where up and front are; a part where its
+surface (IoU of 0.5), type and joint are, with its axis within 5 degrees, its hinge within a tenth of the part and its
+direction of opening; a plan where all parts are, or all but one, or three of four.
 """
 
 from __future__ import annotations

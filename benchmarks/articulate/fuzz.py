@@ -1,6 +1,6 @@
 """Change meshes in ways that leave what moves as it is, and see that the whole command always ends with a result.
 
-    ./dev bench articulate_fuzz --cases FOLDER ... [--variant input] [--minutes 60] [--jobs 2] [--out out/fuzz_articulate]
+    ./dev bench articulate_fuzz --cases FOLDER ... [--variant input] [--minutes 60] [--jobs 2] [--out FOLDER]
 
 Faces are written twice, shuffled, reversed, or divided; vertices are split apart; units are tiny or huge; empty and
 broken groups are added; the mesh stands there two to four times, beside or inside itself. Every outcome has to be an

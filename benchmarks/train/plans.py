@@ -2,7 +2,7 @@
 
     ./dev bench train_plans --cases FOLDER ... [--variant input fused] --keep FOLDER [--every 4] [--write]
 
-Each FOLDER holds labelled cases, as `./dev bench articulate --cases` takes them, with an index whose rows name a source.
+Each FOLDER holds labelled cases, as `./dev bench articulate --cases` takes them; rows of its index name a source.
 All plans of all cases are followed, measured, and scored against the truth; `--keep` stores that and takes what is
 stored there. Printed are F1 and MAO of the plan that the rule before chose, of the plan that the forests choose for
 sources that they have not seen, and of the best plan of each case, which no choice can beat; then reliability tables.
@@ -12,13 +12,15 @@ sources that they have not seen, and of the best plan of each case, which no cho
 from __future__ import annotations
 
 import argparse
+import importlib
 import json
 import multiprocessing
 import os
 import pickle
 import zlib
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -48,7 +50,8 @@ from casa_assets.articulate.segment.fragments import weld_triangles
 
 Floats = npt.NDArray[np.float64]
 PART_TREES = {"n_estimators": 60, "max_leaf_nodes": 220, "min_samples_leaf": 6, "max_features": 0.4, "random_state": 7}
-PLAN_TREES = {"n_estimators": 60, "max_leaf_nodes": 160, "min_samples_leaf": 8, "max_features": 0.4, "random_state": 9}
+PLAN_TREES = {"n_estimators": 100, "max_leaf_nodes": 40, "min_samples_leaf": 25, "max_features": 0.4, "random_state": 9}
+CONTROLS = frozenset({"button", "knob"})
 # Sources are left out in so many groups.
 FOLDS = 8
 # What a plan of a case weighs together.
@@ -68,13 +71,22 @@ class PlanRow:
 
 @dataclass
 class CaseRows:
-    """All plans of one variant of a case; `frames`: how sure each is by its looks, and whether it is right, if known."""
+    """All plans of one variant of a case.
+
+    Attributes:
+        frames: of each frame, how sure it is by its looks, and whether it is right, None where that is not known.
+    """
 
     name: str
     source: str
     variant: str
     plans: list[PlanRow]
     frames: list[tuple[float, bool | None]]
+
+    @property
+    def is_shell(self) -> bool:
+        """True if the mesh is one shell."""
+        return any(p.measures.whole["is_shell"] and p.measures.whole.get("by_welded") for p in self.plans)
 
 
 def quality(score: CaseScore) -> float:
@@ -86,10 +98,15 @@ def quality(score: CaseScore) -> float:
     return (2 * found / total + 2 * right / total) / 2
 
 
+def stored_rows(keep: Path, root: Path, variant: str, name: str) -> Path:
+    """Return the file that the plans of a case are stored in."""
+    return keep / f"{zlib.crc32(str(root).encode()):08x}" / variant / f"{name}.pickle"
+
+
 def case_rows(job: tuple[Path, str, str, str, Path]) -> CaseRows:
     """Follow one case to all its plans, or take what is stored."""
     root, name, source, variant, keep = job
-    stored = keep / f"{zlib.crc32(str(root).encode()):08x}" / variant / f"{name}.pickle"
+    stored = stored_rows(keep, root, variant, name)
     if stored.is_file():
         return pickle.loads(stored.read_bytes())
     truth = read_truth(root / name)
@@ -122,6 +139,16 @@ def frame_is_right(frame: Frame, truth: dict[str, Any]) -> bool | None:
     return bool(np.dot(frame.rotation[2], up) > 0.99 and np.dot(frame.rotation[1], front) < -0.99)
 
 
+def unsaid(plan: PlanRow) -> npt.NDArray[np.bool_]:
+    """Mark the (P,) controls of which the truth says nothing: many sets leave out all keys and knobs."""
+    kinds = [PART_FEATURES[int(np.argmax(row[: len(PartKind)]))].removeprefix("is_") for row in plan.measures.parts]
+    types = {p["type"] for p in plan.score.parts}
+    if not types or types & CONTROLS:
+        return np.zeros(len(kinds), dtype=bool)
+    names = [f"{kind}_{kinds[:k].count(kind)}" for k, kind in enumerate(kinds)]
+    return np.array([k in CONTROLS and n in plan.score.extra for k, n in zip(kinds, names, strict=True)], dtype=bool)
+
+
 def fit_parts(cases: Sequence[CaseRows]) -> ExtraTreesClassifier:
     """Fit whether a part is right: surface, joint and direction."""
     rows = np.concatenate([p.measures.parts for c in cases for p in c.plans])
@@ -130,7 +157,8 @@ def fit_parts(cases: Sequence[CaseRows]) -> ExtraTreesClassifier:
     weight = np.concatenate(
         [np.full(len(p.right), 1.0 / (len(c.plans) * max(len(p.right), 1) ** 0.5)) for c in cases for p in c.plans]
     )
-    return ExtraTreesClassifier(**PART_TREES, n_jobs=2).fit(rows, right > 0.5, sample_weight=weight)
+    told = ~np.concatenate([unsaid(p) for c in cases for p in c.plans])
+    return ExtraTreesClassifier(**PART_TREES, n_jobs=2).fit(rows[told], right[told] > 0.5, sample_weight=weight[told])
 
 
 def chances(forest: ExtraTreesClassifier, plans: Sequence[PlanRow]) -> list[Floats]:
@@ -139,7 +167,7 @@ def chances(forest: ExtraTreesClassifier, plans: Sequence[PlanRow]) -> list[Floa
     if not counts[-1]:
         return [np.zeros(0) for _ in plans]
     told = forest.predict_proba(np.concatenate([p.measures.parts for p in plans]))[:, 1]
-    return [told[a:b] for a, b in zip(counts, counts[1:], strict=False)]
+    return [told[a:b] for a, b in pairwise(counts.tolist())]
 
 
 def fit_plans(cases: Sequence[CaseRows], told: Sequence[Sequence[Floats]]) -> ExtraTreesClassifier:
@@ -196,19 +224,25 @@ def confidence_row(case: CaseRows, values: Floats, chosen: int, told: Floats) ->
     sure = frame_confidences([case.frames[r][0] for r in ranks], goods)[ranks.index(plan.rank)]
     right = case.frames[plan.rank][1]
     kinds = [PART_FEATURES[int(np.argmax(row[: len(PartKind)]))].removeprefix("is_") for row in plan.measures.parts]
+    hidden = unsaid(plan)
+    seen = replace(
+        plan.score, extra=tuple(e for e in plan.score.extra if not hidden.any() or not e.startswith(tuple(CONTROLS)))
+    )
     return {
         "group": case.source,
         "frame": None if right is None else [float(sure), right],
         "value": float(values[chosen]),
-        "parts": [[float(c), bool(r), k] for c, r, k in zip(told, plan.right, kinds, strict=True)],
-        "plan_right": bool(plan.score.predicted) and plan.score.is_mostly_right,
-        "perfect": plan.score.is_perfect,
+        "parts": [[float(c), bool(r), k] for c, r, k, h in zip(told, plan.right, kinds, hidden, strict=True) if not h],
+        "plan_right": bool(seen.predicted) and seen.is_mostly_right,
+        "perfect": seen.is_perfect,
     }
 
 
 def by_rule(case: CaseRows) -> PlanRow:
     """Return the plan of the likeliest frame, no kind assumed, that the rule before takes."""
     first = [p for p in case.plans if p.rank == 0 and not p.measures.whole["assumes_kind"]] or case.plans
+    if case.is_shell:
+        first = sorted(first, key=lambda p: bool(p.measures.whole.get("by_creases")))
     best = max(first, key=lambda p: round(p.rule, 9))
     return best if best.rule > first[0].rule + (0.5 if len(first[0].right) else 0.25) else first[0]
 
@@ -220,57 +254,62 @@ def main() -> None:
     parser.add_argument("--variant", nargs="+", default=["input"])
     parser.add_argument("--keep", type=Path, required=True)
     parser.add_argument("--every", type=int, default=1)
+    parser.add_argument("--stored-only", action="store_true", help="Take the cases that are stored, and follow none.")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--follow-only", action="store_true", help="Store the plans, and fit nothing.")
     parser.add_argument("--rows", type=Path, help="Write what benchmarks/articulate/confidence.py fits on.")
     parser.add_argument("--write", action="store_true")
     args = parser.parse_args()
-    cases = gathered(args)
+    cases, folders = gathered(args)
     if args.follow_only:
         return
     taken: dict[int, tuple[PlanRow, float]] = {}
     rows: dict[str, Any] = {}
+    # Forests that also learn from shells choose worse on both; shells are chosen by the sum, as the tool does.
+    pieces = [c for c in cases if not c.is_shell]
     for group in folds(cases):
-        models = fit([c for c in cases if c.source not in group])
+        models = fit([c for c in pieces if c.source not in group])
         for c in cases:
             if c.source in group:
                 values = scores_of(c, models)
-                k = int(np.argmax(np.round(values, 9)))
+                first = by_rule(c)
+                k = next(k for k, p in enumerate(c.plans) if p is first) if c.is_shell else int(np.argmax(values))
                 taken[id(c)] = (c.plans[k], float(values[k]))
                 rows[f"{c.source}/{c.variant}/{c.name}"] = confidence_row(
                     c, values, k, chances(models[0], [c.plans[k]])[0]
                 )
     if args.rows is not None:
         args.rows.write_text(json.dumps(rows), encoding="utf-8")
-    print(f"{'source':40s} {'variant':8s} cases   rule before   forests       best plan    F1/MAO")
-    groups = sorted({(c.source, c.variant) for c in cases})
-    for source, variant in [*groups, *(("", v) for v in args.variant)]:
-        rows = [c for c in cases if c.variant == variant and source in ("", c.source)]
-        cells = [
-            [by_rule(c).score for c in rows],
-            [taken[id(c)][0].score for c in rows],
-            [max(c.plans, key=lambda p: quality(p.score)).score for c in rows],
-        ]
-        figures = [totals(cell) for cell in cells]
-        text = "   ".join(f"{f['F1']:.3f}/{f['MAO']:.3f}" for f in figures)
-        print(
-            f"{(source or 'all')[-40:]:40s} {variant:8s} {len(rows):5d}   {text}   right {figures[0]['perfect']:.2f} {figures[1]['perfect']:.2f} {figures[2]['perfect']:.2f}"
-        )
-    print(
-        table(
-            "plan is right or has one fault",
-            [(v, p.score.is_mostly_right) for p, v in taken.values() if p.score.predicted],
-        )
-    )
-    print(table("plan is right", [(v, p.score.is_perfect) for p, v in taken.values() if p.score.predicted]))
+    print(compared(cases, folders, taken))
+    told = [(value, plan.score) for plan, value in taken.values() if plan.score.predicted]
+    print(table("plan is right or has one fault", [(value, score.is_mostly_right) for value, score in told]))
+    print(table("plan is right", [(value, score.is_perfect) for value, score in told]))
     if args.write:
-        parts, plans = fit(cases)
+        parts, plans = fit(pieces)
         write_forest("plan_parts", parts, PART_FEATURES, ("wrong", "right"))
         write_forest("plans", plans, PLAN_FEATURES, ("bad", "good"))
 
 
-def gathered(args: argparse.Namespace) -> list[CaseRows]:
-    """Follow all cases that are not stored."""
+def compared(cases: Sequence[CaseRows], folders: Sequence[str], taken: Mapping[int, tuple[PlanRow, float]]) -> str:
+    """Return F1, MAO and the share that is right of each source, folder and all: by the rule, by forests, at best."""
+    groups = {c.source: [d for d in cases if d.source == c.source] for c in cases}
+    groups |= {f: [c for c, g in zip(cases, folders, strict=True) if g == f] for f in dict.fromkeys(folders)}
+    lines = [f"{'source':40s} {'variant':8s} cases   {'rule before':19s} {'forests':19s} best plan (F1/MAO, right)"]
+    for name, mine in (groups | {"all": list(cases)}).items():
+        for variant in dict.fromkeys(c.variant for c in mine):
+            rows = [c for c in mine if c.variant == variant]
+            ways = (
+                [by_rule(c).score for c in rows],
+                [taken[id(c)][0].score for c in rows],
+                [max(c.plans, key=lambda p: quality(p.score)).score for c in rows],
+            )
+            cells = (f"{t['F1']:.3f}/{t['MAO']:.3f} {t['perfect']:.2f}  " for t in map(totals, ways))
+            lines.append(f"{name[-40:]:40s} {variant:8s} {len(rows):5d}   {' '.join(cells)}")
+    return "\n".join(lines)
+
+
+def gathered(args: argparse.Namespace) -> tuple[list[CaseRows], list[str]]:
+    """Return the plans of all cases, and the folder of each; those that are not stored are followed."""
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     jobs = []
     for folder in args.cases:
@@ -283,22 +322,24 @@ def gathered(args: argparse.Namespace) -> list[CaseRows]:
                 (root, row["name"], told, variant, args.keep)
                 for variant in args.variant
                 if (root / row["name"] / f"{variant}.obj").exists()
+                and (not args.stored_only or stored_rows(args.keep, root, variant, row["name"]).is_file())
             ]
     with multiprocessing.get_context("spawn").Pool(args.jobs, maxtasksperchild=40) as pool:
-        found = []
+        found, folders = [], []
         for k, rows in enumerate(pool.imap(follow_safely, jobs, chunksize=2), 1):
-            found += [] if rows is None or not rows.plans else [rows]
+            if rows is not None and rows.plans:
+                found.append(rows)
+                folders.append(str(jobs[k - 1][0].parent))
             if k % 20 == 0:
                 print(f"{k} of {len(jobs)} followed", flush=True)
-    return found
+    return found, folders
 
 
 def follow_safely(job: tuple[Path, str, str, str, Path]) -> CaseRows | None:
     """As `case_rows`; what goes wrong is printed, and the other cases go on."""
-    from benchmarks.train import plans  # the module by its name, so that what is stored can be read by others
-
     try:
-        return plans.case_rows(job)
+        # By its name: what is stored by a script that runs as __main__ could not be read by others.
+        return importlib.import_module("benchmarks.train.plans").case_rows(job)  # type: ignore[no-any-return]
     except Exception as error:  # noqa: BLE001
         print(f"{job[1]} {job[3]}: {type(error).__name__}: {error}", flush=True)
         return None

@@ -34,9 +34,7 @@ def build(folder: Path, mirror: Path | None, jobs: int) -> None:
     work = [(o, folder, places[o.repo]) for o in every if o.repo in places]
     reasons = {o.name: missing[o.repo] for o in every if o.repo in missing}
     with multiprocessing.get_context("spawn").Pool(jobs, maxtasksperchild=20) as pool:
-        for name, reason in pool.imap_unordered(build_one, work):
-            if reason:
-                reasons[name] = reason
+        reasons |= {name: reason for name, reason in pool.imap_unordered(build_one, work) if reason}
     kept = {o.name: o for o in every if o.name not in reasons}
     for half in HALVES:
         mine = {name: o for name, o in kept.items() if o.is_sealed == (half == "sealed")}
@@ -60,7 +58,9 @@ def build_one(job: tuple[sources.ObjectSource, Path, Path]) -> tuple[str, str]:
     """Build one case unless it is there; return its name and why it could not be built, or nothing."""
     one, folder, repository = job
     place = folder / ("sealed" if one.is_sealed else "looking") / "cases" / one.name
-    stamp = json.dumps([VERSION, one.commit, one.file, one.root, dict(one.types), dict(one.pose), one.still, one.without])
+    stamp = json.dumps(
+        [VERSION, one.commit, one.file, one.root, dict(one.types), dict(one.pose), one.still, one.without]
+    )
     done = place / "stamp.json"
     if done.is_file() and done.read_text() == stamp:
         return one.name, ""

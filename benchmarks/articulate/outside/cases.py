@@ -94,7 +94,7 @@ def build_case(
 
 
 def moving_parts(model: Model, types: Mapping[str, str], still: str = "") -> tuple[dict[str, int], list[Part]]:
-    """Return the number of the part that each link is of, 0 for the body, and the parts; arguments as of `build_case`."""
+    """Return the number of the part that each link is of, 0 for the body, and the parts; as `build_case`."""
     owner: dict[str, int] = {}
     found: list[tuple[Link, str, int]] = []
     whole = np.concatenate([c for link in model.links.values() for c in link.meshes] or [np.zeros((1, 3, 3))])

@@ -71,8 +71,11 @@ class CaseScore:
 
 
 def score_case(folder: Path, variant: str, prediction: Row) -> CaseScore:
-    """Score a prediction: `parts`, each with `faces` or `face_runs` of VARIANT.obj in the order of the file, `type`
-    and `joint` (`type`, `axis`, `origin`, `range`), in the axes and units of the file.
+    """Score a prediction on a variant of a case.
+
+    Args:
+        prediction: `parts`, each with `faces` or `face_runs` of VARIANT.obj in the order of the file, `type` and
+            `joint` (`type`, `axis`, `origin`, `range`), in the axes and units of the file.
     """
     truth = read_truth(folder)
     points, faces = read_obj(folder / f"{variant}.obj")

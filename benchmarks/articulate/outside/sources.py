@@ -104,7 +104,8 @@ def checkout(repo: str, commit: str, folder: Path, mirror: Path | None) -> Path:
     """Return a folder with the files of a repository at a commit that objects may need, made where it is missing.
 
     Args:
-        folder: to make it in. mirror: folder of git directories `owner+name`, or of folders `owner+name.files`; None to clone.
+        folder: to make it in.
+        mirror: folder of git directories `owner+name`, or of folders `owner+name.files`; None to clone.
     """
     place = folder / repo.replace("/", "+")
     plain = None if mirror is None else mirror / f"{repo.replace('/', '+')}.files"

@@ -16,6 +16,9 @@ from casa_assets.core.numeric import Floats
 
 # Parts of two plans are the same where this share of their surface is. A choice.
 MIN_SAME_SURFACE = 0.9
+# Of a shell a part counts for its confidence less the first of these; a plan that is not the first has to be better by
+# the second, and over a first plan without any part by the third. Choices.
+LEAST_CONFIDENCE, MIN_ADVANTAGE, MIN_ADVANTAGE_OVER_NOTHING = 0.3, 0.5, 0.25
 # How much the value of plans counts against the looks of frames. A choice.
 LEAST_VALUE, VALUE_POWER = 0.02, 2.0
 
@@ -38,7 +41,7 @@ class Choice:
 def choose_plan(
     mesh: WeldedMesh, frames: Sequence[Frame], category: str, models: Models, plan_models: PlanModels
 ) -> Choice:
-    """Return the plan that is expected to be most right.
+    """Return the plan that is expected to be most right; of a shell the one whose parts are together the surest.
 
     Where the welded fragments of the same frame say the same, theirs is returned.
 
@@ -51,8 +54,10 @@ def choose_plan(
     chances = [_chances(plan_models, m.parts) for m in measures]
     rows = np.array([whole_features(m, c) for m, c in zip(measures, chances, strict=True)])
     values = plan_models.plans.probabilities(rows)[:, 1]
+    is_shell = any(p.fragmentation.shell is not None for p in plans if p.way is Segmentation.WELDED)
     order = sorted(range(len(plans)), key=lambda k: (-round(float(values[k]), 9), k))
-    best = order[0]
+    # Forests that also learned from shells chose worse (benchmarks/train/plans.py).
+    best = _surest_by_sum(plans) if is_shell else order[0]
     # What is cut off needlessly may go with the wrong part: the rim of an oven with its door.
     for k in order:
         plan = plans[k]
@@ -65,6 +70,20 @@ def choose_plan(
     sure = frame_confidences([f.confidence for f in likely], goods)
     mine = next(k for k, f in enumerate(likely) if f is plans[best].frame)
     return Choice(plans[best], float(values[best]), chances[best], float(sure[mine]))
+
+
+def _surest_by_sum(plans: Sequence[Plan]) -> int:
+    """Return the index of the plan of the likeliest frame, no kind assumed, whose parts are together the surest."""
+    first = [k for k, p in enumerate(plans) if p.frame is plans[0].frame and not p.hypothesis.kind]
+    if any(plans[k].fragmentation.shell is not None for k in first if plans[k].way is Segmentation.WELDED):
+        # Seams of fronts are creases of a shell as well, and in a skin of cubes every step is one: no reason to split.
+        is_skin = plans[0].measured.mesh.cell > 0.0
+        late = (Segmentation.CREASES, Segmentation.HOLES) if is_skin else (Segmentation.CREASES,)
+        first.sort(key=lambda k: plans[k].way in late)
+    sums = [sum(part.confidence - LEAST_CONFIDENCE for part in plans[k].articulation.parts) for k in first]
+    best = max(range(len(first)), key=lambda k: round(sums[k], 9))
+    needed = MIN_ADVANTAGE if plans[first[0]].articulation.parts else MIN_ADVANTAGE_OVER_NOTHING
+    return first[best] if sums[best] > sums[0] + needed else first[0]
 
 
 def frame_confidences(guessed: Sequence[float], values: Sequence[float]) -> Floats:

@@ -58,7 +58,6 @@ PART_FEATURES = (
     "count",
     "blocked",
     "blocked_at_once",
-    "agreed",
     "agreed_in_frame",
     "frame",
     "frame_rank",
@@ -90,7 +89,6 @@ PLAN_FEATURES = (
     "nested",
     "blocked",
     "worst_blocked",
-    "agreed",
     "agreed_in_frame",
     "best_kind",
     "kind_margin",
@@ -115,7 +113,7 @@ class PlanMeasures:
 
 
 def measure_plans(plans: Sequence[Plan]) -> list[PlanMeasures]:
-    """Measure plans of one mesh, each also by how far the others agree with it."""
+    """Measure plans of one mesh, each also by how far the others in its frame agree with it."""
     if not plans:
         return []
     mesh = plans[0].measured.mesh
@@ -133,34 +131,30 @@ def measure_plans(plans: Sequence[Plan]) -> list[PlanMeasures]:
     return out
 
 
-def _agreements(plans: Sequence[Plan], owners: Sequence[Ints], areas: Floats, one: int) -> tuple[Floats, Floats]:
-    """Return for each part of a plan the shares of ways that agree: of all, and of those in its frame."""
+def _agreements(plans: Sequence[Plan], owners: Sequence[Ints], areas: Floats, one: int) -> Floats:
+    """Return for each part of a plan the share of the ways in its frame that have such a part."""
     parts = plans[one].articulation.parts
-    agrees: dict[tuple[int, str], Floats] = {}
+    agrees: dict[Segmentation, Floats] = {}
     own = np.bincount(owners[one] + 1, areas, len(parts) + 1)[1:]
     for k, other in enumerate(plans):
-        key = (id(other.frame), other.way.value)
-        held = agrees.setdefault(key, np.zeros(len(parts)))
+        if other.frame is not plans[one].frame:
+            continue
+        held = agrees.setdefault(other.way, np.zeros(len(parts)))
         theirs = other.articulation.parts
         if not theirs:
             continue
-        both = np.bincount(
-            (owners[one] + 1) * (len(theirs) + 1) + owners[k] + 1, areas, (len(parts) + 1) * (len(theirs) + 1)
-        )
+        pairs = (owners[one] + 1) * (len(theirs) + 1) + owners[k] + 1
+        both = np.bincount(pairs, areas, (len(parts) + 1) * (len(theirs) + 1))
         both = both.reshape(len(parts) + 1, len(theirs) + 1)[1:, 1:]
         other_area = np.bincount(owners[k] + 1, areas, len(theirs) + 1)[1:]
         iou = both / np.maximum(own[:, None] + other_area[None] - both, 1e-15)
-        same = np.array(
-            [[a.kind is b.kind and a.joint.kind is b.joint.kind for b in theirs] for a in parts], dtype=bool
-        )
-        held[:] = np.maximum(held, ((iou >= SAME_SURFACE) & same.reshape(iou.shape)).any(axis=1))
-    mine = [v for (frame, _), v in agrees.items() if frame == id(plans[one].frame)]
-    return np.mean(list(agrees.values()), axis=0), np.mean(mine, axis=0)
+        same = [[a.kind is b.kind and a.joint.kind is b.joint.kind for b in theirs] for a in parts]
+        found = (iou >= SAME_SURFACE) & np.array(same, dtype=bool).reshape(iou.shape)
+        held[:] = np.maximum(held, found.any(axis=1))
+    return np.asarray(np.mean(list(agrees.values()), axis=0))
 
 
-def _measure(
-    plan: Plan, owner: Ints, agreement: tuple[Floats, Floats], samples: tuple[Floats, Ints], rank: int
-) -> PlanMeasures:
+def _measure(plan: Plan, owner: Ints, agreement: Floats, samples: tuple[Floats, Ints], rank: int) -> PlanMeasures:
     measured, found = plan.measured, plan.articulation
     mesh, parts = measured.mesh, found.parts
     corners = mesh.points[mesh.faces]
@@ -214,8 +208,7 @@ def _measure(
             "count": math.log1p(len(parts)),
             "blocked": blocked[i][0],
             "blocked_at_once": blocked[i][1],
-            "agreed": agreement[0][i],
-            "agreed_in_frame": agreement[1][i],
+            "agreed_in_frame": agreement[i],
             "frame": plan.frame.confidence,
             "frame_rank": float(rank),
             "kind_share": share,
@@ -249,8 +242,7 @@ def _measure(
         "nested": math.log1p(sum(bool(p.parent) for p in parts)),
         "blocked": float(np.mean([b[0] for b in blocked])) if blocked else 0.0,
         "worst_blocked": max((b[0] for b in blocked), default=0.0),
-        "agreed": float(np.mean(agreement[0])) if parts else 0.0,
-        "agreed_in_frame": float(np.mean(agreement[1])) if parts else 0.0,
+        "agreed_in_frame": float(np.mean(agreement)) if parts else 0.0,
         "best_kind": shares[0],
         "kind_margin": shares[0] - shares[1],
         "sizes": _distinct_sizes(sizes[fronts]) / max(len(fronts), 1),
@@ -343,4 +335,5 @@ def whole_features(measures: PlanMeasures, chances: Floats) -> Floats:
         "expected": math.log1p(float(given.sum())),
         "surplus": float((chances - 0.5).sum()) if len(chances) else 0.0,
     }
-    return np.array([values.get(name, 0.0) for name in PLAN_FEATURES])
+    row: Floats = np.array([values.get(name, 0.0) for name in PLAN_FEATURES])
+    return row

@@ -21,8 +21,8 @@ from casa_assets.core.numeric import Ints
 
 # Kinds that are tried beside none, for each frame and way of splitting.
 MAX_KINDS = 4
-# Frames that are less likely than this are not followed. A choice.
-MIN_FRAME_CONFIDENCE = 0.02
+# Frames that are less likely than this are not followed: hardly any of them was right (benchmarks/train/plans.py).
+MIN_FRAME_CONFIDENCE = 0.08
 
 
 @dataclass(frozen=True)

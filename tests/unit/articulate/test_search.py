@@ -71,14 +71,17 @@ def test_a_drawer_with_its_box_is_free_and_a_front_that_turns_into_its_box_is_bl
 
 def test_parts_are_measured_in_shares_of_the_object_and_by_how_far_other_ways_agree() -> None:
     out = slides((0.0, -0.2, 0.1))
-    parts = [("drawer_0", PartKind.DRAWER, np.arange(5, 11), out), ("drawer_1", PartKind.DRAWER, np.arange(11, 17), out)]
+    parts = [
+        ("drawer_0", PartKind.DRAWER, np.arange(5, 11), out),
+        ("drawer_1", PartKind.DRAWER, np.arange(11, 17), out),
+    ]
     both, first = plan_with(*parts), plan_with(*parts[:1], way=Segmentation.PIECES)
     first = Plan(both.frame, first.way, first.fragmentation, first.measured, first.hypothesis)
     measures = measure_plans([both, first])
     assert values(measures[0], "width") == pytest.approx([0.996 * 0.5 / 0.5] * 2, abs=0.01)
     assert values(measures[0], "up") == pytest.approx([0.75, 0.25], abs=0.02)
-    assert values(measures[0], "agreed") == [1.0, 0.5]
-    assert values(measures[1], "agreed") == [1.0]
+    assert values(measures[0], "agreed_in_frame") == [1.0, 0.5]
+    assert values(measures[1], "agreed_in_frame") == [1.0]
     assert measures[0].whole["fronts_cover"] > 0.9 > measures[1].whole["fronts_cover"]
     row = whole_features(measures[0], np.array([0.9, 0.4]))
     told = dict(zip(PLAN_FEATURES, row.tolist(), strict=True))

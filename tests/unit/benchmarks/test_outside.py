@@ -23,11 +23,12 @@ URDF = """<robot name="cabinet">
 <link name="box"><visual><geometry><box size=".3 .5 .2"/></geometry></visual></link>
 <joint name="hinge" type="revolute"><parent link="body"/><child link="door"/><origin xyz=".21 .3 .2"/>
 <axis xyz="0 0 1"/><limit lower="0" upper="1.5"/></joint>
-<joint name="fixed" type="fixed"><parent link="door"/><child link="knob"/><origin xyz=".03 -.55 0" rpy="0 1.5708 0"/></joint>
+<joint name="fixed" type="fixed"><parent link="door"/><child link="knob"/>
+<origin xyz=".03 -.55 0" rpy="0 1.5708 0"/></joint>
 <joint name="slide" type="prismatic"><parent link="body"/><child link="box"/><origin xyz=".16 0 -.2"/>
 <axis xyz="1 0 0"/><limit lower="-.1" upper=".2"/></joint></robot>"""
-SDF = """<sdf version="1.7"><model name="m"><link name="body"><visual name="v"><geometry><box><size>.4 .6 .8</size></box>
-</geometry></visual></link><link name="door"><pose>.21 0 .2 0 0 0</pose><visual name="v"><geometry><box>
+SDF = """<sdf version="1.7"><model name="m"><link name="body"><visual name="v"><geometry><box><size>.4 .6 .8</size>
+</box></geometry></visual></link><link name="door"><pose>.21 0 .2 0 0 0</pose><visual name="v"><geometry><box>
 <size>.02 .6 .4</size></box></geometry></visual><visual name="knob"><pose>.03 -.25 0 0 1.5708 0</pose><geometry>
 <cylinder><radius>.02</radius><length>.04</length></cylinder></geometry></visual></link><link name="box">
 <pose>.06 0 -.2 0 0 0</pose><visual name="v"><geometry><box><size>.3 .5 .2</size></box></geometry></visual></link>
@@ -37,7 +38,8 @@ SDF = """<sdf version="1.7"><model name="m"><link name="body"><visual name="v"><
 </joint></model></sdf>"""
 MJCF = """<mujoco><compiler angle="radian"/><worldbody><geom type="plane" size="1 1 1"/><body name="body">
 <geom type="box" size=".2 .3 .4"/><body name="door" pos=".21 .3 .2"><joint name="hinge" axis="0 0 1" range="0 1.5"/>
-<geom type="box" size=".01 .3 .2" pos="0 -.3 0"/><geom type="cylinder" size=".02 .02" pos=".03 -.55 0" euler="0 1.5708 0"/>
+<geom type="box" size=".01 .3 .2" pos="0 -.3 0"/>
+<geom type="cylinder" size=".02 .02" pos=".03 -.55 0" euler="0 1.5708 0"/>
 <geom type="box" size=".2 .3 .2" pos="0 -.3 0" group="3"/></body><body name="box" pos=".06 0 -.2">
 <joint name="slide" type="slide" axis="1 0 0" range="0 .3"/><geom type="box" size=".15 .25 .1"/></body></body>
 </worldbody></mujoco>"""

@@ -37,6 +37,31 @@ def read(path: Path, root: Path, values: Mapping[str, float], link: str = "", co
         link: name of the body that is wanted. complete: refuse it if a mesh of it is missing.
     """
     del root
+    model = _compiled(path, link, complete)
+    data = mujoco.MjData(model)
+    data.qpos[:] = 0.0
+    closed: dict[int, float] = {}
+    for j in range(model.njnt):
+        if int(model.jnt_type[j]) in (int(k) for k in _KINDS):
+            low, high = model.jnt_range[j] if model.jnt_limited[j] else (-np.inf, np.inf)
+            closed[j] = closed_value(low, high, values.get(model.joint(j).name))
+            data.qpos[model.jnt_qposadr[j]] = closed[j]
+        else:
+            at = model.jnt_qposadr[j]
+            data.qpos[at : at + 7] = model.qpos0[at : at + 7]
+    mujoco.mj_kinematics(model, data)
+    names = [model.body(b).name or f"body_{b}" for b in range(model.nbody)]
+    links: dict[str, Link] = {}
+    shown = _shown(model)
+    for b in range(model.nbody):
+        meshes = [_triangles(model, data, g) for g in range(model.ngeom) if model.geom_bodyid[g] == b and shown[g]]
+        parent = "" if b == 0 else names[model.body_parentid[b]]
+        links[names[b]] = Link(names[b], parent, _joint(model, data, b, closed), [m for m in meshes if len(m)])
+    return Model(links)
+
+
+def _compiled(path: Path, link: str, complete: bool) -> mujoco.MjModel:
+    """Return the model of a file without looks and motors; arguments and errors as of `read`."""
     # Inertias are of no use here, and some files state them in two ways, which MuJoCo refuses.
     plain = path.with_name(f"{path.stem}.{os.getpid()}.xml")
     text = re.sub(r"<inertial\b[^>]*/>", "", path.read_text(encoding="utf-8", errors="replace"))
@@ -62,31 +87,11 @@ def read(path: Path, root: Path, values: Mapping[str, float], link: str = "", co
         spec.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE
         spec.compiler.boundmass, spec.compiler.boundinertia = 1e-3, 1e-6
         spec.compiler.balanceinertia = True
-        model = spec.compile()
+        return spec.compile()
     except (ValueError, RuntimeError) as error:
         raise Unreadable(f"MuJoCo: {str(error).splitlines()[0]}") from error
     finally:
         plain.unlink()
-    data = mujoco.MjData(model)
-    data.qpos[:] = 0.0
-    closed: dict[int, float] = {}
-    for j in range(model.njnt):
-        if int(model.jnt_type[j]) in (int(k) for k in _KINDS):
-            low, high = model.jnt_range[j] if model.jnt_limited[j] else (-np.inf, np.inf)
-            closed[j] = closed_value(low, high, values.get(model.joint(j).name))
-            data.qpos[model.jnt_qposadr[j]] = closed[j]
-        else:
-            at = model.jnt_qposadr[j]
-            data.qpos[at : at + 7] = model.qpos0[at : at + 7]
-    mujoco.mj_kinematics(model, data)
-    names = [model.body(b).name or f"body_{b}" for b in range(model.nbody)]
-    links: dict[str, Link] = {}
-    shown = _shown(model)
-    for b in range(model.nbody):
-        meshes = [_triangles(model, data, g) for g in range(model.ngeom) if model.geom_bodyid[g] == b and shown[g]]
-        parent = "" if b == 0 else names[model.body_parentid[b]]
-        links[names[b]] = Link(names[b], parent, _joint(model, data, b, closed), [m for m in meshes if len(m)])
-    return Model(links)
 
 
 def _names_up(body: mujoco.MjsBody) -> list[str]:
