@@ -69,8 +69,8 @@ class PlanModels:
     """Decision forests by which a plan is chosen.
 
     Attributes:
-        parts: tells whether a part of a plan is right, from PART_FEATURES of search/plan_features.py.
-        plans: tells how good a plan is, from PLAN_FEATURES there.
+        parts: probability that a part of a plan is right, from PART_FEATURES of search/plan_features.py.
+        plans: expected quality of a plan, 0..1, from PLAN_FEATURES of the same module.
     """
 
     parts: Forest
@@ -154,7 +154,7 @@ def slide(axis: Vec3, anchor: Vec3, length: float, confidence: float = 0.5, reas
 
 
 def hinge(axis: Vec3, anchor: Vec3, angles: Vec2 | None = None, confidence: float = 0.5, reason: str = "") -> JointPlan:
-    """Return a joint about which a part turns between two angles, rad; round and round if there are none."""
+    """Return a joint about which a part turns between two angles, rad; round and round without them."""
     return JointPlan(
         kind=JointKind.HINGE,
         axis=axis,
@@ -320,7 +320,8 @@ def plan_confidence(articulation: Articulation, model: ConfidenceModel) -> float
         "all_right": math.prod(own),
         "log_count": math.log(len(own)),
         "frame": articulation.frame.confidence,
-        "value": articulation.value,
+        # What a person has decided about every part is right, whatever was thought of the plan before.
+        "value": 1.0 if min(own) >= 1.0 else articulation.value,
         "named": float(bool(articulation.category)),
     }
     return model.plan.at(features)

@@ -102,7 +102,7 @@ PLAN_FEATURES = (
 
 @dataclass(frozen=True)
 class PlanMeasures:
-    """What was measured of a plan.
+    """Measures of a plan and of its parts.
 
     Attributes:
         parts: (P, len(PART_FEATURES)). whole: values of PLAN_FEATURES but those that need the probabilities of parts.
@@ -313,7 +313,8 @@ def _cells(points: Floats) -> Ints:
 def _moved(points: Floats, part: PartPlan, amount: float) -> Floats:
     axis, anchor = np.array(part.joint.axis), np.array(part.joint.anchor)
     if part.joint.kind is JointKind.SLIDE:
-        return points + axis * amount
+        slid: Floats = points + axis * amount
+        return slid
     away = points - anchor
     cos, sin = math.cos(amount), math.sin(amount)
     turned: Floats = away * cos + np.cross(axis, away) * sin + np.outer(away @ axis, axis) * (1 - cos)
