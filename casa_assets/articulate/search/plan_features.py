@@ -317,8 +317,8 @@ def _moved(points: Floats, part: PartPlan, amount: float) -> Floats:
         return slid
     away = points - anchor
     cos, sin = math.cos(amount), math.sin(amount)
-    turned: Floats = away * cos + np.cross(axis, away) * sin + np.outer(away @ axis, axis) * (1 - cos)
-    return turned + anchor
+    turned: Floats = anchor + away * cos + np.cross(axis, away) * sin + np.outer(away @ axis, axis) * (1 - cos)
+    return turned
 
 
 def whole_features(measures: PlanMeasures, chances: Floats) -> Floats:
