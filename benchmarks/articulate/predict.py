@@ -45,7 +45,14 @@ class Job:
 
 
 def predict(
-    cases: Path, variant: str, out: Path, jobs: int = 2, anonymous: bool = False, only: str = "", every: int = 1
+    cases: Path,
+    variant: str,
+    out: Path,
+    jobs: int = 2,
+    anonymous: bool = False,
+    only: str = "",
+    every: int = 1,
+    shows_each: bool = True,
 ) -> None:
     """Write the predictions of every case below a folder that has the variant; those that are there are kept.
 
@@ -54,6 +61,7 @@ def predict(
         out: JSON file; the folder of the same name without suffix gets one file for each case.
         anonymous: each mesh is given to the command under a name that says nothing.
         only: a regular expression for the names of cases; empty for all. every: takes the first of so many.
+        shows_each: print how each case ended.
     """
     root = cases / "cases" if (cases / "cases").is_dir() else cases
     folder = out.with_suffix("")
@@ -65,7 +73,8 @@ def predict(
     open_ = [job for job in todo if not job.out.exists()]
     with multiprocessing.get_context("spawn").Pool(jobs, maxtasksperchild=8) as pool:
         for number, (name, line) in enumerate(pool.imap_unordered(predict_one, open_), 1):
-            print(f"[{number}/{len(open_)}] {name}: {line}", file=sys.stderr, flush=True)
+            told = f" {name}: {line}" if shows_each else ""
+            print(f"[{number}/{len(open_)}]{told}", file=sys.stderr, flush=True)
     found = {job.name: json.loads(job.out.read_text(encoding="utf-8")) for job in todo}
     out.write_text(json.dumps(found), encoding="utf-8")
     seconds = [p["seconds"] for p in found.values()]

@@ -54,8 +54,6 @@ PLAN_TREES = {"n_estimators": 100, "max_leaf_nodes": 40, "min_samples_leaf": 25,
 CONTROLS = frozenset({"button", "knob"})
 # Sources are left out in so many groups.
 FOLDS = 8
-# What a plan of a case weighs together.
-CASE_WEIGHT = 1.0
 
 
 @dataclass
@@ -180,7 +178,7 @@ def fit_plans(cases: Sequence[CaseRows], told: Sequence[Sequence[Floats]]) -> Ex
         ]
     )
     good = np.array([quality(p.score) for c in cases for p in c.plans])
-    weight = np.concatenate([np.full(len(c.plans), CASE_WEIGHT / len(c.plans)) for c in cases])
+    weight = np.concatenate([np.full(len(c.plans), 1.0 / len(c.plans)) for c in cases])
     both = np.concatenate([weight * good, weight * (1.0 - good)])
     target = np.repeat([True, False], len(rows))
     return ExtraTreesClassifier(**PLAN_TREES, n_jobs=2).fit(np.tile(rows, (2, 1)), target, sample_weight=both)

@@ -1,6 +1,6 @@
 """Articulated objects of other people: rebuild them from their public sources, and score predictions on them.
 
-    ./dev bench articulate_outside [--predictions FILE.json | --ours] [--half looking sealed] [--variant input ...]
+    ./dev bench articulate_outside [--predictions FILE.json | --ours OUT] [--half looking sealed] [--variant input ...]
         [--folder out/articulate_outside] [--mirror FOLDER] [--only REGEX] [--jobs 2]
 
 The first call clones the repositories of sources.yaml and builds a case of each object: `input.obj`, `welded.obj` and
@@ -40,13 +40,23 @@ def main() -> None:
     what.add_argument("--predictions", type=Path, help="JSON file of what a program found.")
     what.add_argument("--ours", type=Path, metavar="OUT", help="Run casa-assets on the cases; keep what it finds.")
     args = parser.parse_args()
+    if args.only and "sealed" in args.half:
+        parser.error("--only would tell single cases of the sealed half apart; score it whole")
     build(args.folder, args.mirror, args.jobs)
     for half in args.half:
         for variant in args.variant:
             found = args.predictions
             if args.ours is not None:
                 found = args.ours / f"{half}_{variant}.json"
-                predict(args.folder / half, variant, found, args.jobs, anonymous=True, only=args.only)
+                predict(
+                    args.folder / half,
+                    variant,
+                    found,
+                    args.jobs,
+                    anonymous=True,
+                    only=args.only,
+                    shows_each=half != "sealed",
+                )
             if found is not None:
                 told = json.loads(found.read_text(encoding="utf-8"))
                 report(args.folder / half / "cases", half, variant, told, args.only)

@@ -28,11 +28,11 @@ def build(folder: Path, mirror: Path | None, jobs: int) -> None:
     every = sources.objects()
     for repo, commit in sorted({(o.repo, o.commit) for o in every}):
         try:
-            places[repo] = sources.checkout(repo, commit, folder / "repositories", mirror)
+            places[repo, commit] = sources.checkout(repo, commit, folder / "repositories", mirror)
         except (FileNotFoundError, subprocess.CalledProcessError) as error:
-            missing[repo] = str(error)
-    work = [(o, folder, places[o.repo]) for o in every if o.repo in places]
-    reasons = {o.name: missing[o.repo] for o in every if o.repo in missing}
+            missing[repo, commit] = str(error)
+    work = [(o, folder, places[o.repo, o.commit]) for o in every if (o.repo, o.commit) in places]
+    reasons = {o.name: missing[o.repo, o.commit] for o in every if (o.repo, o.commit) in missing}
     with multiprocessing.get_context("spawn").Pool(jobs, maxtasksperchild=20) as pool:
         reasons |= {name: reason for name, reason in pool.imap_unordered(build_one, work) if reason}
     kept = {o.name: o for o in every if o.name not in reasons}

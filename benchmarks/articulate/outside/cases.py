@@ -33,8 +33,8 @@ SMALL = 0.14
 MAX_FACES, MIN_PART_FACES = 400_000, 2
 # Points nearer than this share of the diagonal are one in the welded variant.
 WELDED = 1e-4
-# How far parts are opened to see where they go, rad and shares of their reach.
-PEEK_RAD, PEEK_SHARE = 0.2, 0.3
+# How far parts that turn are opened to see where they go.
+PEEK_RAD = 0.2
 
 
 @dataclass(frozen=True)
@@ -72,10 +72,9 @@ def build_case(
     corners = points[faces]
     rows = []
     for number, part in enumerate(parts, 1):
-        mine = corners[label == number]
-        if len(mine) < MIN_PART_FACES:
+        if np.count_nonzero(label == number) < MIN_PART_FACES:
             raise Unreadable(f"'{part.name}' has no surface")
-        rows.append(_row(number, part, mine, corners))
+        rows.append(_row(number, part))
     truth = {
         "name": folder.name,
         **about_it,
@@ -200,7 +199,7 @@ def merged(pieces: list[tuple[int, Floats]]) -> tuple[Floats, Ints, Ints]:
     return np.concatenate([cloud for _, cloud, _, _ in rows]), faces.astype(np.int64), label
 
 
-def _row(number: int, part: Part, mine: Floats, every: Floats) -> dict[str, Any]:
+def _row(number: int, part: Part) -> dict[str, Any]:
     """Return the truth on a part."""
     joint = part.joint
     return {

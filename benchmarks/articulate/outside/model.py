@@ -18,8 +18,6 @@ from casa_assets.mesh.solid.primitive import tessellate
 from casa_assets.model.asset.parts import Shape
 from casa_assets.model.pose import Pose
 
-# Triangles, as (F, 3, 3) corners.
-NOTHING: Floats = np.zeros((0, 3, 3))
 # The box around an object with a joint shut is smaller than this share of that with it open.
 MIN_SHRINKAGE = 0.97
 # Values of a joint at which it is tried whether it is shut.

@@ -14,11 +14,12 @@ import yaml
 # Chosen before any object was scored, so that both halves are about as large and hold models of PartNet-Mobility.
 SALT = 248
 LIST = Path(__file__).with_name("sources.yaml")
-# What objects are made of; pictures are not needed, and larger files are none of an object's.
+# What objects are made of; pictures are not needed.
 SUFFIXES = frozenset(
     [
         ".urdf",
         ".sdf",
+        ".world",
         ".xml",
         ".xacro",
         ".usd",
@@ -107,12 +108,13 @@ def checkout(repo: str, commit: str, folder: Path, mirror: Path | None) -> Path:
         folder: to make it in.
         mirror: folder of git directories `owner+name`, or of folders `owner+name.files`; None to clone.
     """
-    place = folder / repo.replace("/", "+")
+    # Some repositories are taken at two commits.
+    place = folder / f"{repo.replace('/', '+')}@{commit[:8]}"
     plain = None if mirror is None else mirror / f"{repo.replace('/', '+')}.files"
     if plain is not None and plain.is_dir():
         return plain
     done = place / ".commit"
-    if done.is_file() and done.read_text() == commit:
+    if done.is_file():
         return place
     git = _git_folder(repo, commit, folder, mirror)
     place.mkdir(parents=True, exist_ok=True)

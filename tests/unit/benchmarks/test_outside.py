@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import subprocess
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,7 @@ from benchmarks.articulate.outside.cases import build_case, read_truth
 from benchmarks.articulate.outside.metrics import joint_distance, score_case, totals
 from benchmarks.articulate.outside.model import Model, Unreadable, subtree
 from benchmarks.articulate.outside.read import mjcf, sdf, urdf, usd
-from benchmarks.articulate.outside.sources import objects
+from benchmarks.articulate.outside.sources import checkout, objects
 
 # A cabinet whose door is hinged at its left edge (+y, seen from +x) and whose drawer is 0.1 m open at 0.
 URDF = """<robot name="cabinet">
@@ -193,3 +194,22 @@ def test_no_object_is_of_a_reserved_repository_and_both_halves_are_about_as_larg
     assert 0.4 < len(sealed) / len(every) < 0.6
     assert not {o.origin for o in sealed} & {o.origin for o in every if not o.is_sealed}
     assert len({o.name for o in every}) == len(every)
+
+
+def test_a_repository_that_is_taken_at_two_commits_is_kept_twice(tmp_path: Path) -> None:
+    git = tmp_path / "mirror" / "owner+name"
+    git.mkdir(parents=True)
+
+    def run(*words: str) -> str:
+        command = ["git", "-C", str(git), "-c", "user.name=a", "-c", "user.email=a@b", *words]
+        return subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout.strip()
+
+    run("init", "-q")
+    commits = []
+    for text in ("first", "second"):
+        (git / "a.urdf").write_text(text, encoding="utf-8")
+        run("add", "a.urdf")
+        run("commit", "-q", "-m", text)
+        commits.append(run("rev-parse", "HEAD"))
+    places = [checkout("owner/name", commit, tmp_path / "out", tmp_path / "mirror") for commit in commits]
+    assert [(place / "a.urdf").read_text(encoding="utf-8") for place in places] == ["first", "second"]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -111,7 +111,7 @@ def _shape(geometry: etree._Element, folder: Path, root: Path, known: dict[tuple
     return None
 
 
-def find_file(name: str, folder: Path, root: Path, is_there: Callable[[Path], bool] = Path.is_file) -> Path:
+def find_file(name: str, folder: Path, root: Path) -> Path:
     """Return the file that a path of a URDF or SDF names: beside it, in the repository, or by the end of its path."""
     plain = re.sub(r"^(package|model|file|model_)://", "", name).lstrip("/")
     words = plain.split("/")
@@ -121,7 +121,7 @@ def find_file(name: str, folder: Path, root: Path, is_there: Callable[[Path], bo
         if base == root:
             break
     for path in tries:
-        if is_there(path):
+        if path.is_file():
             return path
     ends = sorted(p for p in root.rglob(words[-1]) if str(p).endswith("/".join(words[-3:])))
     return ends[0] if ends else folder / plain
